@@ -40,6 +40,7 @@ OTHERS = {
     "LimitParameter": lambda: t.LimitParameter("most", "rad", "a number"),
     "LinearBlends": lambda: t.LinearBlends(points(), duration_bounds=(1.0, 2.0)),
     "Drive": lambda: t.Drive(peak_torque=150.0, gear_ratio=101.0, source="a data sheet"),
+    "FrontBound": lambda: t.bound_front(t.optimise(small_problem(), **SMALL, polish=False), gap=0.5),
     "Grip": lambda: t.Grip(force_per_finger=100.0, friction=0.3),
     "Stand": lambda: t.Stand(mass=60.0, com=(0.0, 0.0, 0.2), footprint=((0.3, 0, 0), (0, 0.3, 0), (-0.3, -0.3, 0))),
     "Load": lambda: t.Load(t.Payload(2.0, (0.0, 0.0, 0.05)), 0, 1),

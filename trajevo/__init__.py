@@ -98,6 +98,7 @@ if TYPE_CHECKING:
         stop_and_go,
     )
     from trajevo.trajectory.polynomial import PolynomialBatch
+    from trajevo.verification.bounds.front_bound import FrontBound, bound_front
     from trajevo.verification.certify import certify, certify_all
     from trajevo.verification.twin.simulate import simulate
     from trajevo.verification.verify import verify
@@ -185,6 +186,7 @@ _NAMES = {
     "capacity.workspace": ("ToolPlane", "workspace_capacity"),
     # What is proven, and files
     "verification.certify": ("certify", "certify_all"),
+    "verification.bounds.front_bound": ("FrontBound", "bound_front"),
     "verification.twin.simulate": ("simulate",),
     "verification.verify": ("verify",),
     "exporters.exporter": ("Exporter",),
@@ -221,6 +223,7 @@ __all__ = [
     "EvolutionaryAlgorithm",
     "Exporter",
     "Front",
+    "FrontBound",
     "GeometricPath",
     "Grip",
     "HermiteSpline",
@@ -269,6 +272,7 @@ __all__ = [
     "analyse",
     "animate",
     "base_map",
+    "bound_front",
     "capacities",
     "capacity_by_pace",
     "capacity_front",

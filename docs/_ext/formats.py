@@ -41,6 +41,7 @@ FOLDER = """## The folder of a run
 | `checkpoint.npz` | what the run needs to go on: its books by generation, and the state of the algorithm |
 | `front.json` | the front: [below](#front-json) |
 | `evolved.json` | the front before it was polished, in the same format |
+| `front.bound.npz` | where `trajevo bound` stands with that front, from which it goes on; deleting it is safe |
 | `front.analyses.npz` | what was computed for the report, by name, for that front; deleting it is safe |
 | `report.html`, `plots/` | the report and pictures; deleting them is safe |
 

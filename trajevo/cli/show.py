@@ -80,14 +80,16 @@ def show(
         return
     for note in front.problem.notes if len(front) else ():
         _out.print(f"note: {note}")
+    kept = read_analyses(analyses_of(run), front) if len(front) else {}
     if len(front) and front.problem.compares_rivals:
-        kept = read_analyses(analyses_of(run), front)
         if kept.get("rivals"):
             print_rivals(_out, kept["rivals"])
         else:
             _out.print(f"not compared with other interpolants yet; trajevo report {run} --full does that")
-    for rates in read_analyses(analyses_of(run), front).get("exchange_rates", ()) if len(front) else ():
+    for rates in kept.get("exchange_rates", ()):
         _out.print(f"knee: {rates.short}")
+    if kept.get("bound"):
+        _out.print(f"bound: {kept['bound'].told}")
     if not verbose:
         _out.print(f"all settings: trajevo show {run} --verbose")
 

@@ -21,6 +21,7 @@ from trajevo.page.facts import brief, known_values, objective_headers, run_facts
 from trajevo.page.parts import THEME, figure, folded, static, table, viewer_licence
 from trajevo.plots.analyses import analyse
 from trajevo.plots.pictures import PAYLOAD_FIGURES, Picture, draw_all, written
+from trajevo.verification.bounds.front_bound import FrontBound
 from trajevo.verification.certificate import Certificate
 from trajevo.verification.shares import shares_used
 
@@ -122,6 +123,8 @@ def _sections(choices: Sequence[Solution], found: Mapping[str, Any], pictures: S
         sections += ["<h2>What holds the knee back</h2>", *_exchange_rates(found["exchange_rates"])]
     if found.get("certificate"):
         sections += ["<h2>Certificate of the knee</h2>", *_certificate(found["certificate"])]
+    if found.get("bound"):
+        sections += ["<h2>How good the front is at best</h2>", *_bound(found["bound"])]
     sections += _rivals(found.get("rivals") or ())
     if not pictures:
         sections.append(f"<noscript><h2>Front and knee</h2>{small_pictures(front)}</noscript>")
@@ -130,6 +133,15 @@ def _sections(choices: Sequence[Solution], found: Mapping[str, Any], pictures: S
         told = f"<p>Pictures show {share}.</p>" if share else ""
         sections.append(folded("Pictures", [told, wide, _grid(drawn.values())]))
     return sections
+
+
+def _bound(bound: FrontBound) -> list[str]:
+    """What no motion of the front's kind can be better than."""
+    told = [f"<p>{escape(bound.told.capitalize())}.</p>", f"<p>Of {escape(bound.kind)}.</p>"]
+    if bound.left_out:
+        told.append(f"<p>Limits not used, with which the front misses less: {escape(', '.join(bound.left_out))}.</p>")
+    rows = [tuple(map(escape, row)) for row in bound.rows]
+    return [*told, table(("objective", "no motion is below", "least known"), rows)]
 
 
 def _grid(figures: Iterable[str]) -> str:

@@ -37,6 +37,9 @@ KINDS: dict[str, tuple[str, ...]] = {
     "full": tuple(ANALYSES),
 }
 
+#: Analyses that have a command of their own and are shown where they are kept.
+ASKED_FOR = ("bound",)
+
 #: Ending of the name of the file that stores them; it begins like that of the front.
 ANALYSES_SUFFIX = ".analyses.npz"
 
@@ -98,7 +101,7 @@ def analyse(
     finally:
         if missing and file is not None:
             _keep(Path(file), front, found)
-    return {name: found[name] for name in names}
+    return {name: found[name] for name in (*names, *ASKED_FOR) if name in found}
 
 
 def _keep(file: Path, front: Front, found: Mapping[str, Any]) -> None:

@@ -35,6 +35,7 @@ _RECORDS = {
     "EffortAlong": "capacity.capacity",
     "Exchange": "front.exchange_rates",
     "ExchangeRates": "front.exchange_rates",
+    "FrontBound": "verification.bounds.front_bound",
     "LeastTimes": "capacity.payload_studies",
     "PayloadCurve": "capacity.payload_time",
     "PayloadDiagram": "capacity.payload_diagram",

@@ -23,7 +23,9 @@ from trajevo.front.front import Front, Solution
 from trajevo.front.selection import normalised
 from trajevo.front.thinning import told_share
 from trajevo.plots.layout import Rows, width_of
+from trajevo.plots.limits.gap import band
 from trajevo.plots.paper import NOTE, TWO_BESIDE, Width, colour, curve, inches, key, label, panel, panels, sequence
+from trajevo.verification.bounds.front_bound import FrontBound
 
 #: Marks on a front: one solution, or label -> solution or objective values (n_obj,) in SI.
 Marks = Solution | Mapping[str, Any] | None
@@ -35,13 +37,20 @@ _ENDS = 11.0
 
 
 def front(
-    front: Front, *, mark: Marks = None, angle: str | None = None, axes: Any = None, width: Width | None = None
+    front: Front,
+    *,
+    mark: Marks = None,
+    bound: FrontBound | None = None,
+    angle: str | None = None,
+    axes: Any = None,
+    width: Width | None = None,
 ) -> Any:
     """Every pair of objectives as a scatter plot.
 
     Args:
         front: at least one solution.
         mark: solutions or values to mark.
+        bound: of :func:`trajevo.bound_front`: a band from what no motion can be better than to the best of the front.
         angle: ``"rad"`` or ``"deg"``.
         axes: one Axes per pair, in the order (0, 1), (0, 2), (1, 2), ...
         width: ``"column"``, ``"page"`` or millimetres; if None, a column for one pair and a page for more.
@@ -59,12 +68,14 @@ def front(
     dots: dict[str, Any] = {"s": _size(front), "color": colour(0), "alpha": 0.6, "linewidths": 0, "rasterized": True}
     with panels(axes, len(pairs), width=chosen, columns=columns, height=44.0 if columns < 2 else 38.0) as made:
         for ax, (i, k) in zip(made, pairs, strict=True):
+            if bound is not None:
+                band(ax, bound.points() * factors, F, (i, k))
             ax.scatter(F[drawn, i], F[drawn, k], **dots)
             for looks, values in _marks(mark, factors):
                 ax.plot(values[i], values[k], linestyle="none", **looks)
             ax.set(xlabel=labels[i], ylabel=labels[k])
         made[0].set_title(told_share(drawn, front), loc="left", color=NOTE)
-        if mark:
+        if mark or bound is not None:
             key(made[0])
     return made
 

@@ -92,6 +92,7 @@ FIGURES = (
     "front_3d",
     "parallel",
     "hypervolume",
+    "front_bound",
     "profiles",
     "path",
     "parameter",
@@ -291,6 +292,9 @@ def _drawings(front: Front, analyses: Mapping[str, Any], width: Width | None = N
     caption = "Trade-offs: one line per solution"
     yield "parallel", caption, lambda: plots.parallel_coordinates(front, mark=knee, **as_wide).figure
     yield "hypervolume", "Hypervolume by generation", lambda: plots.hypervolume(front, **as_wide).figure
+    if analyses.get("bound") and count > 1:
+        caption, bound = "The front and what no motion of its kind can be better than", analyses["bound"]
+        yield "front_bound", caption, lambda: plots.front(front, bound=bound, **as_wide)[0].figure
     yield (
         "profiles",
         "Joint motion of the knee inside its limits (dashed)",

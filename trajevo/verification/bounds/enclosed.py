@@ -1,0 +1,377 @@
+"""Functions enclosed over thousands of boxes at once: value and slopes at the middle, second derivatives in the box.
+
+Every number is an interval, a middle and a radius, and every operation widens the radius by more than its own rounding
+can be. By Taylor's theorem a function lies, all over its box, between what its value and slopes at the middle and the
+interval of its second derivatives allow; what is lost falls with the square of the width. Linear systems are solved
+approximately and their solutions then enclosed, after Rump, S. M. (2010): Verification methods, Acta Numerica 19,
+287-449, doi 10.1017/S096249291000005X.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, final
+
+import numpy as np
+
+from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
+
+#: Bound of the rounding of one operation, eight times that of the processor, and what underflow may lose.
+ROUNDING, _UNDERFLOW = 2.0**-50, 1e-290
+
+#: Bound of the error of a power or a root as a share of it, sixteen times the last bit.
+_POWER = 2.0**-48
+
+#: How often second derivatives of solutions are enclosed again, by values and slopes that the last ones tightened.
+_TIGHTENED = 6
+
+#: Middles and radii.
+Ball = tuple[Array, Array]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Enclosed:
+    """Arrays of functions of n variables over B boxes.
+
+    Attributes:
+        middle: middles of intervals, shape (1 + n + n (n + 1) / 2, B, ...): of the value and of the n slopes at the
+            middle of the box, then of the second derivatives along :func:`pairs` of variables anywhere in the box.
+        radius: radii, the same shape; not finite where nothing is known.
+        reach: half widths of the boxes, shape (B, n); n is 0 where values at points alone are wanted.
+    """
+
+    middle: Array
+    radius: Array
+    reach: Array
+
+    __repr__ = brief
+
+    @classmethod
+    def known(cls, values: Array, reach: Array) -> Enclosed:
+        """Known values, shape (B, ...), that do not depend on the variables."""
+        n = reach.shape[1]
+        middle = np.zeros((1 + n + n * (n + 1) // 2, *values.shape))
+        middle[0] = values
+        return cls(middle, np.zeros_like(middle), reach)
+
+    @classmethod
+    def exponential(cls, exponents: Array, low: Array, high: Array) -> Enclosed:
+        """The exponential of a linear form of the variables between the ends of boxes, which are (B, n).
+
+        Args:
+            exponents: of the n variables, exactly; shape (n,).
+            low: least values of the variables.
+            high: greatest values; where they are the least ones, values at points alone are wanted, without slopes.
+        """
+        n, centre = low.shape[1], 0.5 * (low + high)
+        reach = np.maximum(high - centre, centre - low) * (1.0 + ROUNDING)
+        middle = np.exp(centre @ exponents)
+        # The rounding of the form, as a share of its exponential, is at most that of the sum of its terms.
+        share = _POWER + (n + 4) * ROUNDING * (np.abs(centre) @ np.abs(exponents))
+        factors = [1.0, *exponents.tolist(), *(exponents[k] * exponents[m] for k, m in pairs(n))]
+        values = np.array(factors)[:, None] * middle
+        wide = np.expm1(reach @ np.abs(exponents)) + share
+        shares = np.where(np.arange(len(factors)) <= n, 0.0, 1.0)[:, None] * wide + share
+        return cls(values, _wider(np.abs(values) * shares * (1.0 + _POWER), values), reach)
+
+    @property
+    def n(self) -> int:
+        """Number of variables."""
+        return int(self.reach.shape[1])
+
+    @cached_property
+    def over_box(self) -> Ball:
+        """Middle and radius of the values in each box, shape (B, ...)."""
+        return self.middle[0], self._spread(self._bound(self.middle[1:], self.radius[1:]), self.radius[0])
+
+    @cached_property
+    def slopes_over_box(self) -> Ball:
+        """Middle and radius of the slopes in each box, shape (n, B, ...)."""
+        n, size = self.n, self._bound(self.middle[1 + self.n :], self.radius[1 + self.n :])
+        radius = self.radius[1 : 1 + n].copy()
+        for (k, m), second in zip(pairs(n), size, strict=True):
+            radius[k] += second * self._reach(m, second)
+            if k != m:
+                radius[m] += second * self._reach(k, second)
+        middle = self.middle[1 : 1 + n]
+        return middle, _wider(radius, middle)
+
+    @property
+    def low(self) -> Array:
+        """Least values in each box, shape (B, ...)."""
+        n, centre = self.n, self.middle[0] - self.radius[0]
+        slope = self._bound(self.middle[1 : 1 + n], self.radius[1 : 1 + n])
+        lost = np.zeros_like(centre)
+        for (k, m), middle, radius in zip(pairs(n), self.middle[1 + n :], self.radius[1 + n :], strict=True):
+            reach = self._reach(k, middle)
+            if k != m:
+                lost += (np.abs(middle) + radius) * (reach * self._reach(m, middle))
+            else:
+                lost += _fall(slope[k], middle - radius, reach)
+        return np.asarray(centre - lost * (1.0 + 2.0**-44) - ROUNDING * np.abs(self.middle[0]) - _UNDERFLOW)
+
+    def __getitem__(self, index: Any) -> Enclosed:
+        """Entries of all boxes, by an index that follows the axis of the boxes."""
+        where = (slice(None), slice(None), *(index if isinstance(index, tuple) else (index,)))
+        return Enclosed(self.middle[where], self.radius[where], self.reach)
+
+    def __neg__(self) -> Enclosed:
+        return Enclosed(-self.middle, self.radius, self.reach)
+
+    def __add__(self, other: Enclosed) -> Enclosed:
+        middle = self.middle + other.middle
+        return Enclosed(middle, _wider(self.radius + other.radius, middle), self.reach)
+
+    def __sub__(self, other: Enclosed) -> Enclosed:
+        return self + (-other)
+
+    def __mul__(self, other: Enclosed) -> Enclosed:
+        return _bilinear(self, other, _product)
+
+    def times(self, factor: Array | float) -> Enclosed:
+        """Times known numbers, whose shape fits (B, ...)."""
+        middle, size = self.middle * factor, np.abs(factor)
+        return Enclosed(middle, _wider(self.radius * size, middle), self.reach)
+
+    def to_power(self, exponent: float) -> Enclosed:
+        """Positive entries to a power; not known where an entry may be 0 or less."""
+        n = self.n
+        centre = _power(self.middle[0], self.radius[0], exponent)
+        steep = _power(self.middle[0], self.radius[0], exponent - 1.0, exponent)
+        parts = [(centre[0][None], centre[1][None])]
+        if n:
+            parts.append(_product(*steep, self.middle[1 : 1 + n], self.radius[1 : 1 + n]))
+            slope = _power(*self.over_box, exponent - 1.0, exponent)
+            bend = _power(*self.over_box, exponent - 2.0, exponent * (exponent - 1.0))
+            own = _product(*slope, self.middle[1 + n :], self.radius[1 + n :])
+            parts.append(
+                _sum(own, _product(*bend, *_crossed(self.slopes_over_box, self.slopes_over_box, _product, 0.5)))
+            )
+        return self._of(parts)
+
+    def through(self, matrix: Array) -> Enclosed:
+        """The last axis mapped by a known matrix (m, k), accurate to a few roundings: (..., k) -> (..., m)."""
+        sized, rounding = np.abs(matrix).T, (matrix.shape[1] + 4) * ROUNDING
+        middle = self.middle @ matrix.T
+        radius = (self.radius + rounding * np.abs(self.middle)) @ sized
+        return Enclosed(middle, _wider(radius, middle), self.reach)
+
+    def weighed(self, weights: Array) -> Enclosed:
+        """The last axis summed with weights of the same shape (B, ..., k), accurate to a few roundings."""
+        rounding = (weights.shape[-1] + 4) * ROUNDING
+        middle = (self.middle * weights).sum(axis=-1)
+        radius = ((self.radius + rounding * np.abs(self.middle)) * np.abs(weights)).sum(axis=-1)
+        return Enclosed(middle, _wider(radius, middle), self.reach)
+
+    def summed(self) -> Enclosed:
+        """The sum along the last axis."""
+        rounding = self.middle.shape[-1] * ROUNDING
+        radius = (self.radius + rounding * np.abs(self.middle)).sum(axis=-1)
+        middle = self.middle.sum(axis=-1)
+        return Enclosed(middle, _wider(radius, middle), self.reach)
+
+    def shaped(self, *axes: int) -> Enclosed:
+        """With new axes of length 1 at these places, counted from the last one."""
+        return Enclosed(np.expand_dims(self.middle, axes), np.expand_dims(self.radius, axes), self.reach)
+
+    def before(self, matrix: Array) -> Enclosed:
+        """Matrices (B, m, m) that are known times those enclosed, (B, m, k)."""
+        middle, radius = _dot(matrix, np.zeros_like(matrix), self.middle, self.radius)
+        return Enclosed(middle, radius, self.reach)
+
+    def _of(self, parts: Sequence[Ball]) -> Enclosed:
+        """Value, slopes and second derivatives put together."""
+        return Enclosed(np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts]), self.reach)
+
+    def _reach(self, k: int, like: Array) -> Array:
+        return self.reach[:, k].reshape(-1, *[1] * (like.ndim - 1))
+
+    @staticmethod
+    def _bound(middle: Array, radius: Array) -> Array:
+        return np.abs(middle) + radius
+
+    def _spread(self, size: Array, own: Array) -> Array:
+        """How far values lie from the middle at most, from bounds of slopes and second derivatives."""
+        n = self.n
+        radius = own.copy()
+        for k in range(n):
+            radius += size[k] * self._reach(k, size[k])
+        for (k, m), second in zip(pairs(n), size[n:], strict=True):
+            share = 0.5 if k == m else 1.0
+            radius += share * second * (self._reach(k, second) * self._reach(m, second))
+        return _wider(radius, self.middle[0])
+
+
+def pairs(n: int) -> Iterator[tuple[int, int]]:
+    """Pairs of n variables along which second derivatives are stored, in their order."""
+    return ((k, m) for k in range(n) for m in range(k, n))
+
+
+def stacked(parts: Sequence[Enclosed], axis: int = -1) -> Enclosed:
+    """Entries of the same shape along a new axis, counted from the last."""
+    middles, radii = ([getattr(part, name) for part in parts] for name in ("middle", "radius"))
+    return Enclosed(np.stack(middles, axis=axis), np.stack(radii, axis=axis), parts[0].reach)
+
+
+def joined(parts: Sequence[Enclosed], axis: int) -> Enclosed:
+    """Entries one after the other along an axis, counted from the last."""
+    middles, radii = ([getattr(part, name) for part in parts] for name in ("middle", "radius"))
+    return Enclosed(np.concatenate(middles, axis=axis), np.concatenate(radii, axis=axis), parts[0].reach)
+
+
+def solved(matrix: Enclosed, drive: Enclosed) -> Enclosed:
+    """Solutions of linear systems (B, m, m) for drives (B, m, k); not known where a matrix in a box may be singular.
+
+    Both sides are first multiplied by an approximate inverse at the middle. With E ≥ |I - A|, solutions of A x = b
+    differ from any x₀ by at most a u ≥ E u + |b - A x₀|; a positive u for which this holds also proves that all
+    matrices of the box are regular. Slopes solve A x' = b' - A' x, and second derivatives
+    A x'' = b'' - A' x' - A' x' - A'' x.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):  # of matrices of which nothing is known
+        return _solved(matrix, drive)
+
+
+def _solved(matrix: Enclosed, drive: Enclosed) -> Enclosed:
+    n, inverse = matrix.n, _inverse(matrix.middle[0])
+    A, b = matrix.before(inverse), drive.before(inverse)
+    at_middle = _Fixed.of(A.middle[0], A.radius[0])
+    x = at_middle.solved(b.middle[0], b.radius[0])
+    parts = [(x[0][None], x[1][None])]
+    if n:
+        loads = _less((b.middle[1 : 1 + n], b.radius[1 : 1 + n]), _dot(A.middle[1 : 1 + n], A.radius[1 : 1 + n], *x))
+        parts.append(at_middle.solved(*loads))
+        anywhere = _Fixed.of(*A.over_box)
+        value = anywhere.solved(*b.over_box)
+        slopes = anywhere.solved(*_less(b.slopes_over_box, _dot(*A.slopes_over_box, *value)))
+        own = (A.middle[1 + n :], A.radius[1 + n :])
+        for _ in range(_TIGHTENED):
+            crossed = _crossed(A.slopes_over_box, slopes, _dot, 1.0)
+            load = _less((b.middle[1 + n :], b.radius[1 + n :]), _sum(crossed, _dot(*own, *value)))
+            bends = anywhere.solved(*load)
+            tight = drive._of([*parts, bends])
+            value, slopes = _tighter(value, tight.over_box), _tighter(slopes, tight.slopes_over_box)
+        parts.append(bends)
+    return drive._of(parts)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Fixed:
+    """Matrices near the identity, with what encloses the solutions of their systems."""
+
+    middle: Array
+    radius: Array
+    spread: Array
+    inverse: Array
+    approximate: Array
+
+    @classmethod
+    def of(cls, middle: Array, radius: Array) -> _Fixed:
+        one = np.eye(middle.shape[-1])
+        spread = np.abs(one - middle) + radius + ROUNDING
+        spread = np.where(np.isfinite(spread), spread, 2.0)
+        return cls(middle, radius, spread, _inverse(one - spread), _inverse(middle))
+
+    def solved(self, b: Array, unsure: Array) -> Ball:
+        """Solutions for drives (..., B, m, k); their radius is inf where nothing is proven."""
+        x = self.approximate @ b
+        image = _dot(self.middle, self.radius, x, np.zeros_like(x))
+        rest = b - image[0]
+        apart = (np.abs(rest) + _wider(unsure + image[1], b)) * (1.0 + 1e-9) + 1e-200
+        radius = self.inverse @ (apart * (1.0 + 1e-6))
+        grown = (self.spread @ radius) * (1.0 + (b.shape[-2] + 4) * ROUNDING) + apart
+        with np.errstate(invalid="ignore"):
+            proven = ((radius > 0.0) & (grown <= radius)).all(axis=(-2, -1), keepdims=True)
+        return x, np.where(proven, radius, np.inf)
+
+
+def _bilinear(a: Enclosed, b: Enclosed, product: Any) -> Enclosed:
+    """Any product that is linear in both factors."""
+    n = a.n
+    one, two = (a.middle[0], a.radius[0]), (b.middle[0], b.radius[0])
+    value = product(*one, *two)
+    parts = [(value[0][None], value[1][None])]
+    if n:
+        left, right = ((x.middle[1 : 1 + n], x.radius[1 : 1 + n]) for x in (a, b))
+        parts.append(_sum(product(*one, *right), product(*left, *two)))
+        bend_a, bend_b = ((x.middle[1 + n :], x.radius[1 + n :]) for x in (a, b))
+        outer = _sum(product(*a.over_box, *bend_b), product(*bend_a, *b.over_box))
+        parts.append(_sum(outer, _crossed(a.slopes_over_box, b.slopes_over_box, product, 1.0)))
+    return a._of(parts)
+
+
+def _crossed(a: Ball, b: Ball, product: Any, factor: float) -> Ball:
+    """a_k b_m + a_m b_k for all pairs of variables, times a factor."""
+    n = len(a[0])
+    found = [
+        _sum(product(a[0][k], a[1][k], b[0][m], b[1][m]), product(a[0][m], a[1][m], b[0][k], b[1][k]))
+        for k, m in pairs(n)
+    ]
+    middle, radius = np.stack([f[0] for f in found]), np.stack([f[1] for f in found])
+    return factor * middle, factor * radius
+
+
+def _fall(slope: Array, bend: Array, reach: Array) -> Array:
+    """How far a slope s and second derivatives from ``bend`` on let a value fall: max |s| d - bend d² / 2."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        where = np.where(bend > 0.0, np.minimum(reach, slope / bend), reach)
+    return np.asarray(where * (slope - 0.5 * bend * where))
+
+
+def _tighter(a: Ball, b: Ball) -> Ball:
+    """For each entry the interval that is narrower."""
+    with np.errstate(invalid="ignore"):
+        first = a[1] <= b[1]
+    return np.where(first, a[0], b[0]), np.where(first, a[1], b[1])
+
+
+def _inverse(matrices: Array) -> Array:
+    """Inverses that need not be accurate; 0 where there is none."""
+    safe = np.where(np.isfinite(matrices).all(axis=(-2, -1), keepdims=True), matrices, 0.0)
+    try:
+        return np.asarray(np.linalg.inv(safe))
+    except np.linalg.LinAlgError:
+        found = np.zeros_like(safe)
+        regular = np.abs(np.linalg.det(safe)) > 0.0
+        found[regular] = np.linalg.inv(safe[regular])
+        return found
+
+
+def _dot(a: Array, wide: Array, b: Array, unsure: Array) -> Ball:
+    """Product of matrices of intervals."""
+    size, rounding = np.abs(b), (a.shape[-1] + 4) * ROUNDING
+    radius = np.abs(a) @ (unsure + rounding * size) + wide @ (size + unsure)
+    return a @ b, radius * (1.0 + rounding) + _UNDERFLOW
+
+
+def _product(a: Array, wide: Array, b: Array, unsure: Array) -> Ball:
+    middle = a * b
+    return middle, _wider(np.abs(a) * unsure + wide * (np.abs(b) + unsure), middle)
+
+
+def _sum(a: Ball, b: Ball) -> Ball:
+    middle = a[0] + b[0]
+    return middle, _wider(a[1] + b[1], middle)
+
+
+def _less(a: Ball, b: Ball) -> Ball:
+    middle = a[0] - b[0]
+    return middle, _wider(a[1] + b[1], middle)
+
+
+def _wider(radius: Array, middle: Array) -> Array:
+    """A radius and the rounding of the operations that made it and its middle."""
+    return radius * (1.0 + ROUNDING) + (ROUNDING * np.abs(middle) + _UNDERFLOW)
+
+
+def _power(middle: Array, radius: Array, exponent: float, factor: float = 1.0) -> Ball:
+    """A factor times the powers of intervals; not known where one reaches 0."""
+    low, high = middle - radius * (1.0 + ROUNDING), middle + radius * (1.0 + ROUNDING)
+    safe = low > 0.0
+    ends = np.where(safe, low, np.nan) ** exponent, np.where(safe, high, np.nan) ** exponent
+    between, half = 0.5 * (ends[0] + ends[1]), 0.5 * np.abs(ends[1] - ends[0])
+    return factor * between, abs(factor) * (half + _POWER * np.abs(between)) * (1.0 + _POWER) + _UNDERFLOW

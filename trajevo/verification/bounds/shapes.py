@@ -1,0 +1,342 @@
+"""Shapes of motions enclosed over boxes of their segment times: coefficients are rational in the times.
+
+A shape is the motion of a decision vector in a time of its own: only the ratios of the segment times matter, since
+velocities, accelerations and jerks of a motion that takes T times as long are 1/T, 1/T² and 1/T³ of what they were. The
+variables of a box are the logarithms of the ratios of neighbouring segment times, and the first segment's time is 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from math import comb
+from typing import Any, Protocol, final
+
+import numpy as np
+
+from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
+from trajevo.errors import InvalidInputError
+from trajevo.trajectory.interpolants import (
+    HybridQuartic,
+    ImprovedQuarticBSpline,
+    Interpolant,
+    QuinticSpline,
+    SepticSpline,
+    SinglePolynomial,
+)
+from trajevo.trajectory.interpolants.hermite import hermite_matrix
+from trajevo.trajectory.interpolants.improved_quartic import OFFSETS, PIECES, QUARTIC_BASIS
+from trajevo.verification.bounds.enclosed import Enclosed, joined, solved, stacked
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Times:
+    """Segment times of B boxes, from the logarithms of the ratios of neighbouring ones.
+
+    Attributes:
+        low: least logarithms, shape (B, n_segments - 1).
+        high: greatest logarithms, the same shape.
+        points: whether the boxes are points, of which values alone are wanted, without slopes.
+    """
+
+    low: Array
+    high: Array
+    points: bool = False
+
+    __repr__ = brief
+
+    @property
+    def segments(self) -> int:
+        """Number of segments."""
+        return int(self.low.shape[1]) + 1
+
+    def __len__(self) -> int:
+        return len(self.low)
+
+    @property
+    def middles(self) -> Times:
+        """The middles of the boxes, as points."""
+        middle = 0.5 * (self.low + self.high)
+        return Times(middle, middle, points=True)
+
+    def product(self, powers: Mapping[int, float]) -> Enclosed:
+        """The product of powers of segment times, (B,), by the number of the segment."""
+        exponents = np.zeros(self.segments)
+        for segment, power in powers.items():
+            exponents[segment] += power
+        own = np.cumsum(exponents[::-1])[::-1][1:]
+        if not self.points:
+            return Enclosed.exponential(own, self.low, self.high)
+        nothing = np.zeros((len(self), 0))
+        found = Enclosed.exponential(own, self.low, self.high)
+        return Enclosed(found.middle[:1], found.radius[:1], nothing)
+
+    def known(self, values: Any) -> Enclosed:
+        """The same known values in all boxes, of any shape (...)."""
+        reach = np.zeros((len(self), 0 if self.points else self.segments - 1))
+        if not self.points:
+            reach = self.product({}).reach
+        return Enclosed.known(
+            np.broadcast_to(np.asarray(values, dtype=np.float64), (len(self), *np.shape(values))), reach
+        )
+
+    @cached_property
+    def total(self) -> Enclosed:
+        """The sum of all segment times, (B,)."""
+        return stacked([self.product({k: 1.0}) for k in range(self.segments)]).summed()
+
+    def share_of_others(self, segment: int) -> Enclosed:
+        """The sum of all segment times divided by one of them, (B,)."""
+        return stacked(
+            [self.product({k: 1.0, segment: -1.0} if k != segment else {}) for k in range(self.segments)]
+        ).summed()
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Polynomial pieces of motions, each in its own unit of time.
+
+    Attributes:
+        coefficients: ascending powers of the share of the piece, shape (B, S, n_joints, degree + 1) [rad or m].
+        rates: inverse durations of the pieces, shape (B, S), in the shape's unit of time.
+    """
+
+    coefficients: Enclosed
+    rates: Enclosed
+
+    __repr__ = brief
+
+
+class Shape(Protocol):
+    """The pieces of an interpolant as a function of segment times."""
+
+    @property
+    def widest(self) -> float:
+        """Greatest half width of a box, as a logarithm, of which enclosures tell anything."""
+        ...
+
+    def __call__(self, times: Times) -> Pieces:
+        """The pieces over boxes of segment times."""
+        ...
+
+
+def shape_of(interpolant: Interpolant) -> Shape:
+    """The pieces of an interpolant as a function of enclosed segment times.
+
+    Raises:
+        InvalidInputError: an interpolant whose variables are not only the times between its points, or that has states
+            of its own at points or ends.
+    """
+    kind: Any = type(interpolant)
+    if kind not in _SHAPES:
+        known = ", ".join(one.__name__ for one in _SHAPES)
+        raise InvalidInputError(
+            f"interpolant: bounds from below are known of {known}, whose variables are times; got {kind.__name__}"
+        )
+    own = [name for name in ("at_rest", "velocities", "cyclic") if getattr(interpolant, name, None)]
+    ends = ("start_velocity", "start_acceleration", "end_velocity", "end_acceleration")
+    own += [name for name in ends if np.any(getattr(interpolant, name, 0.0))]
+    if own:
+        raise InvalidInputError(
+            f"interpolant: bounds from below are known of motions from rest to rest that are free at their inner "
+            f"points; got {own[0]}"
+        )
+    return _SHAPES[kind](interpolant)
+
+
+#: Greatest half widths of boxes of quintic and septic splines, by r.
+_WIDEST = {3: 0.03, 4: 0.006}
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _OddSpline:
+    """The spline of degree 2r - 1: states at inner points by continuity, see :func:`hermite.odd_spline`.
+
+    The unit of time of a point's state, and of the continuity there, is the geometric mean of both its segments.
+    """
+
+    positions: Array
+    r: int
+
+    @property
+    def widest(self) -> float:
+        """Enclosures of higher splines tell nothing of wider boxes."""
+        return _WIDEST[self.r]
+
+    def __call__(self, times: Times) -> Pieces:
+        before, after = self._states(times)
+        place = times.known(self.positions).shaped(-1)
+        states = joined([joined([place[:-1], after], -1), joined([place[1:], before], -1)], -1)
+        rates = stacked([times.product({k: -1.0}) for k in range(times.segments)])
+        return Pieces(states.through(hermite_matrix(self.r)), rates)
+
+    def _states(self, times: Times) -> tuple[Enclosed, Enclosed]:
+        """Taylor coefficients 1 to r - 1 at the end and the beginning of each segment, in its own unit of time."""
+        r, inner = self.r, times.segments - 1
+        rest = times.known(np.zeros((self.positions.shape[1], r - 1)))
+        if not inner:
+            return rest.shaped(-3), rest.shaped(-3)
+        found = solved(*self._system(times))  # (B, (K - 2) (r - 1), n_joints)
+        ends: list[Enclosed] = []
+        begins = [rest]
+        for i in range(inner):
+            rows = [found[i * (r - 1) + k] for k in range(r - 1)]
+            for side, sign in ((ends, -0.5), (begins, 0.5)):
+                units = [times.product({i: -sign * k, i + 1: sign * k}).shaped(-1) for k in range(1, r)]
+                side.append(stacked([row * unit for row, unit in zip(rows, units, strict=True)]))
+        return stacked([*ends, rest], -3), stacked(begins, -3)
+
+    def _system(self, times: Times) -> tuple[Enclosed, Enclosed]:
+        """Derivatives r to 2r - 2 at the end of each segment less those at the beginning of the next."""
+        r, inner = self.r, times.segments - 1
+        at_start = hermite_matrix(r)[r : 2 * r - 1]
+        shift = np.array([[comb(power, k) for power in range(2 * r)] for k in range(r, 2 * r - 1)], dtype=np.float64)
+        at_end, chords = shift @ hermite_matrix(r), np.diff(self.positions, axis=0)
+        size = inner * (r - 1)
+        entries = [[times.known(0.0)] * size for _ in range(size)]
+        drives = []
+        for i in range(inner):
+            for row, order in enumerate(range(r, 2 * r - 1)):
+                line, half = entries[i * (r - 1) + row], 0.5 * order
+                # The unit of the point is (d_i d_i+1)^(1/2): in it a segment's derivatives are (unit / d)^order.
+                for k in range(1, r):
+                    place, own = i * (r - 1) + k - 1, 0.5 * (order - k)
+                    earlier, later = times.product({i: -own, i + 1: own}), times.product({i: own, i + 1: -own})
+                    line[place] = earlier.times(at_end[row, r + k]) - later.times(at_start[row, k])
+                    if i > 0:
+                        unit = {i - 1: -0.5 * k, i: 0.5 * k - half, i + 1: half}
+                        line[place - r + 1] = times.product(unit).times(at_end[row, k])
+                    if i + 1 < inner:
+                        unit = {i: half, i + 1: 0.5 * k - half, i + 2: -0.5 * k}
+                        line[place + r - 1] = times.product(unit).times(-at_start[row, r + k])
+                earlier, later = times.product({i: -half, i + 1: half}), times.product({i: half, i + 1: -half})
+                drive = later.shaped(-1).times(at_start[row, r] * chords[i + 1])
+                drives.append(drive + earlier.shaped(-1).times(at_end[row, 0] * chords[i]))
+        return stacked([stacked(line) for line in entries], -2), stacked(drives, -2)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Quartic:
+    """The improved quartic B-spline, with septic first and last segments if it is the hybrid."""
+
+    positions: Array
+    form: str
+    hybrid: bool
+    widest: float = 0.4
+
+    def __call__(self, times: Times) -> Pieces:
+        pieces, rates, last = [], [], times.segments - 1
+        for k in range(times.segments):
+            rate = times.product({k: -1.0})
+            if self.hybrid and k in (0, last):
+                pieces.append(self._septic(k, times))
+                rates.append(rate)
+            else:
+                pieces += self._quartics(k, times)
+                rates += [rate.times(PIECES)] * PIECES
+        return Pieces(stacked(pieces, -3), stacked(rates))
+
+    def _reach(self, i: int, k: int, times: Times) -> Enclosed:
+        """Rate of the control points of point i in segment k, times the duration of that segment, (B, n_joints)."""
+        p = self.positions
+        if i in (0, len(p) - 1):
+            return times.known(np.zeros(p.shape[1]))
+        if self.form == "printed":
+            return times.known(p[i + 1] - p[i])
+        other = i if k == i - 1 else i - 1
+        share = (times.product({}) + times.product({other: 1.0, k: -1.0})).to_power(-1.0)
+        return share.shaped(-1).times(p[i + 1] - p[i - 1])
+
+    def _quartics(self, k: int, times: Times) -> list[Enclosed]:
+        """The four pieces of a segment, as polynomials of the degree of all pieces."""
+        near, far = OFFSETS[self.form]
+        controls = []
+        for i in (k, k + 1):
+            place, reach = times.known(self.positions[i]), self._reach(i, k, times)
+            controls += [place + reach.times(offset) for offset in (-far, -near, near, far)]
+        degree = 7 if self.hybrid else 4
+        basis = np.pad(QUARTIC_BASIS, ((0, degree - 4), (0, 0)))
+        return [stacked(controls[i : i + 5]).through(basis) for i in range(PIECES)]
+
+    def _septic(self, k: int, times: Times) -> Enclosed:
+        """The first or the last segment, from the spline's state where they meet."""
+        first, count = k == 0, len(self.positions)
+        near, far = OFFSETS[self.form]
+        end, meeting = (0, 1) if first else (count - 1, count - 2)
+        spline = k if times.segments == 2 else 1 if first else times.segments - 2
+        if self.form == "printed":  # the rate is that of the spline's side, in the septic's time
+            rate = times.product({k: 1.0, spline: -1.0}).shaped(-1) * self._reach(meeting, spline, times)
+        else:
+            rate = self._reach(meeting, k, times)
+        velocity = rate.times((near + far / 3.0) * PIECES)
+        ratio = times.product({k: 2.0, spline: -2.0}).shaped(-1)
+        jerk = (rate * ratio).times((far / 3.0 - near) * PIECES**3)
+        still = times.known(np.zeros(self.positions.shape[1]))
+        rest = [times.known(self.positions[end]), still, still, still]
+        joint = [times.known(self.positions[meeting]), velocity, still, jerk]
+        return stacked(rest + joint if first else joint + rest).through(hermite_matrix(4))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _SinglePolynomial:
+    """One polynomial through all points, at rest without acceleration at both ends.
+
+    It is the quintic step from the first to the last point, plus a multiple of u³ (1 - u)³ ∏ (u - u_j) for each inner
+    point i, with j the other inner points, that takes it to the point at u_i.
+    """
+
+    positions: Array
+    widest: float = 0.06
+
+    def __call__(self, times: Times) -> Pieces:
+        p, inverse = self.positions, times.total.to_power(-1.0)
+        inner = range(1, len(p) - 1)
+        passed = [times.product({0: 1.0})]
+        for k in range(1, times.segments):
+            passed.append(passed[-1] + times.product({k: 1.0}))
+        at = {i: passed[i - 1] * inverse for i in inner}
+        left = {i: times.known(1.0) - at[i] for i in inner}
+        degree = len(p) + 3
+        step = np.zeros(degree + 1)
+        step[3:6] = (10.0, -15.0, 6.0)
+        base = np.zeros((p.shape[1], degree + 1))
+        base[:] = (p[-1] - p[0])[:, None] * step
+        base[:, 0] += p[0]
+        whole = times.known(base)
+        for i in inner:
+            whole = whole + self._bump(i, at, left, times, degree)
+        return Pieces(whole.shaped(-3), inverse.shaped(-1))
+
+    def _bump(self, i: int, at: dict[int, Enclosed], left: dict[int, Enclosed], times: Times, degree: int) -> Enclosed:
+        """The multiple of an inner point, (B, n_joints, degree + 1)."""
+        p, u = self.positions, at[i]
+        # u³ (10 - 15 u + 6 u²) at the point, and what divides the product there.
+        reached = u.to_power(3.0) * (times.known(10.0) - u.times(15.0) + u.to_power(2.0).times(6.0))
+        missing = times.known(p[i] - p[0]) - reached.shaped(-1).times(p[-1] - p[0])
+        scale = (u * left[i]).to_power(-3.0)
+        row = np.zeros(degree + 1)
+        row[3:7] = (1.0, -3.0, 3.0, -1.0)
+        polynomial = times.known(row)
+        for j in at:
+            if j != i:
+                apart = ((u - at[j]) if j < i else (at[j] - u)).to_power(-1.0)
+                scale = scale * apart if j < i else -(scale * apart)
+                moved = polynomial.through(np.eye(degree + 1, k=-1))
+                polynomial = moved - polynomial * at[j].shaped(-1)
+        return (missing * scale.shaped(-1)).shaped(-1) * polynomial.shaped(-2)
+
+
+_SHAPES: dict[type[Interpolant], Callable[[Any], Shape]] = {
+    HybridQuartic: lambda one: _Quartic(one.points.positions, one.form, True),
+    ImprovedQuarticBSpline: lambda one: _Quartic(one.points.positions, one.form, False),
+    QuinticSpline: lambda one: _OddSpline(one.points.positions, 3),
+    SepticSpline: lambda one: _OddSpline(one.points.positions, 4),
+    SinglePolynomial: lambda one: _SinglePolynomial(one.points.positions),
+}
