@@ -96,6 +96,8 @@ if TYPE_CHECKING:
     )
     from trajevo.trajectory.polynomial import PolynomialBatch
     from trajevo.verification.certify import certify, certify_all
+    from trajevo.verification.path_bounds.bound import path_bound
+    from trajevo.verification.path_bounds.front_bound import path_front_bound
     from trajevo.verification.twin.simulate import simulate
     from trajevo.verification.verify import verify
 
@@ -181,6 +183,8 @@ _NAMES = {
     "capacity.workspace": ("ToolPlane", "workspace_capacity"),
     # What is proven, and files
     "verification.certify": ("certify", "certify_all"),
+    "verification.path_bounds.bound": ("path_bound",),
+    "verification.path_bounds.front_bound": ("path_front_bound",),
     "verification.twin.simulate": ("simulate",),
     "verification.verify": ("verify",),
     "exporters.exporter": ("Exporter",),
@@ -291,6 +295,8 @@ __all__ = [
     "minimise_weighted",
     "optimise",
     "overshoot",
+    "path_bound",
+    "path_front_bound",
     "payload_bounds",
     "payload_diagram",
     "payload_effort",

@@ -6,7 +6,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from trajevo.plots.along_path import fronts, parameter, path
+    from trajevo.plots.along_path import fronts, parameter, path, path_bound
     from trajevo.plots.chain import stick_figure
     from trajevo.plots.drives.energy import electrical_power, energy_uses
     from trajevo.plots.effort import (
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 _NAMES = {
     "pareto": ("front", "front_3d", "hypervolume", "parallel_coordinates"),
     "motion": ("profiles", "tool_path"),
-    "along_path": ("fronts", "parameter", "path"),
+    "along_path": ("fronts", "parameter", "path", "path_bound"),
     "effort": (
         "capacity_margins",
         "desired_path",
@@ -96,6 +96,7 @@ __all__ = [
     "parallel_coordinates",
     "parameter",
     "path",
+    "path_bound",
     "payload_by_duty",
     "payload_contours",
     "payload_curve",

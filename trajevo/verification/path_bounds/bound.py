@@ -203,8 +203,8 @@ def _best(relaxation: Relaxation, speeds: tuple[Array, Array] | None) -> tuple[R
             break
     if best is None or not np.isfinite(best.proven):
         raise InvalidInputError(
-            "stations: no bound was found; expected limits of velocity or acceleration of an axis that moves everywhere "
-            "along the path, or more stations"
+            "stations: no bound was found; expected limits of velocity or acceleration of an axis that moves "
+            "everywhere along the path, or more stations"
         )
     return best, count
 
@@ -228,14 +228,15 @@ def _usual_time(question: PathQuestion, square_jerk: float, square_effort: float
         for name, power, parts in (("acceleration", 2, (slope, bend)), ("jerk", 3, (slope, bend, turn))):
             size = np.sqrt(sum(part**2 for part in parts)).mean(axis=(0, 1))
             times.append((size / np.maximum(*question.limits(name))).max() ** (1.0 / power))
-        if np.isfinite(question.limits("effort")).any():
+        if square_effort > 0.0 or np.isfinite(question.limits("effort")).any():
             rows = efforts(cells, question.dynamics, *question.limits("effort"))
             left = np.maximum(np.minimum(rows.forward, rows.backward) - np.abs(rows.held), 0.1 * rows.forward)
             times.append(float(np.sqrt((4.0 * np.abs(rows.bend) / left).mean(axis=(0, 1)).max())))
+            # As if each joint had to move a mass from rest to rest.
+            times.append(float((36.0 * square_effort * (rows.bend**2).mean(axis=(0, 1)).sum()) ** 0.25))
     usual = max(float(t) for t in times if np.isfinite(t))
     if square_jerk > 0.0:
         usual = max(usual, (2.0 * square_jerk * smooth_jerk(question.path)) ** (1.0 / 6.0))
-    del square_effort
     return usual if usual > 0.0 else 1.0
 
 
@@ -253,8 +254,8 @@ def _joined(rows: Rows, more: Rows) -> Rows:
     def both(name: str, axis: int) -> Array:
         return np.concatenate([getattr(rows, name), getattr(more, name)], axis=axis)
 
-    values = (both(name, 2) for name in ("bend", "half", "rate", "held", "errors"))
-    return Rows(*values, both("forward", 0), both("backward", 0))
+    bend, half, rate, held, errors = (both(name, 2) for name in ("bend", "half", "rate", "held", "errors"))
+    return Rows(bend, half, rate, held, errors, both("forward", 0), both("backward", 0))
 
 
 def _weight(value: Any, name: str) -> float:

@@ -42,7 +42,7 @@ class PathCells:
     def of(cls, path: GeometricPath, stations: int, nodes: int) -> PathCells:
         """Cells that become narrow towards both ends, where a motion is slow, cut where pieces or directions change."""
         x = np.linspace(0.0, 1.0, stations + 1)
-        even = x * x * (3.0 - 2.0 * x)
+        even = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
         kept = _merged(np.concatenate([path.breaks, _turns(path)]), np.empty(0))
         return cls(path, frozen(_merged(kept, even)), nodes)
 

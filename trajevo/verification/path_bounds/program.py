@@ -189,7 +189,12 @@ class _Program:
         c, width = np.arange(self.cells)[:, None], self.given.cells.widths[:, None]
         row = c * self.n + np.arange(self.n)
         jerk, slope = self.columns["jerk"], self.columns["slope"]
-        parts = [(row, jerk[1:], 1.0), (row, jerk[:-1], -1.0), (row, slope[1:], -width / 2), (row, slope[:-1], -width / 2)]
+        parts = [
+            (row, jerk[1:], 1.0),
+            (row, jerk[:-1], -1.0),
+            (row, slope[1:], -width / 2),
+            (row, slope[:-1], -width / 2),
+        ]
         return self._matrix(parts, self.cells * self.n), np.zeros(self.cells * self.n)
 
     def _costs(self) -> Array:
@@ -255,7 +260,7 @@ class _Program:
             for share in _TANGENTS:
                 for name in ("price", "middle"):
                     size = len(self.columns[name])
-                    yield self._price_cut(name, axis, np.full(size, share), np.arange(size))
+                    yield self._price_cut(name, int(axis), np.full(size, share), np.arange(size))
         for joint in range(self.joints):
             for share in _TANGENTS:
                 yield self._effort_cut(joint, np.full(self.stations, share), np.arange(self.stations))
@@ -296,7 +301,7 @@ class _Program:
         return self._matrix(parts, len(row)), self.given.effort_weight * (x * unit) ** 2, None
 
     def solved(self) -> Round | None:
-        """Solve the program, add cuts where its solution lacks them, and say what it proves; None if it is not solved."""
+        """Solve the program, add cuts where its solution lacks them, and say what it proves; None if not solved."""
         from scipy import sparse
         from scipy.optimize import linprog
 

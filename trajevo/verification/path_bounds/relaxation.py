@@ -92,12 +92,14 @@ class Relaxation:
         """Upper bounds of z on every cell by the velocity limits, shape (C,); inf where none bounds it."""
         with np.errstate(divide="ignore", invalid="ignore"):
             each = self.velocity / self.cells.least_slope
-        return np.where(np.isnan(each), np.inf, each).min(axis=1)
+        fastest: Array = np.where(np.isnan(each), np.inf, each).min(axis=1)
+        return fastest
 
     @property
     def jerk_counts(self) -> Array:
         """Whether the jerk of each axis is limited or weighed, shape (n_axes,)."""
-        return np.isfinite(self.jerk) | (self.jerk_weight > 0.0)
+        counts: Array = np.isfinite(self.jerk) | (self.jerk_weight > 0.0)
+        return counts
 
     def jerk_price(self, multipliers: Array) -> Array:
         """The greatest of λ x - weight x² over jerks |x| within the limit, convex in λ, shape (..., n_axes)."""
@@ -146,7 +148,8 @@ class Relaxation:
         gains = 0.5 * width * (before + after)
         starts = given.first + np.concatenate([np.zeros((1, self.axes)), np.cumsum(gains, axis=0)])[:-1]
         within = width[:, None] * (share * before[:, None] + 0.5 * share**2 * (after - before)[:, None])
-        return starts[:, None] + within
+        found: Array = starts[:, None] + within
+        return found
 
     def _weights(self, given: Multipliers) -> Array:
         """What every row is multiplied by, at the stations, (K, R)."""
@@ -164,7 +167,8 @@ class Relaxation:
         if given.efforts.shape[1] and self.effort_weight > 0.0:
             each, loose = self.cells.bernstein(self.cells.linear(given.efforts))
             found = found - ((np.abs(each) + loose[:, None]) ** 2).sum(axis=2) / (4.0 * self.effort_weight)
-        return found - (_greatest(weights) * self.rows.errors[2]).sum(axis=1)[:, None]
+        lower: Array = found - (_greatest(weights) * self.rows.errors[2]).sum(axis=1)[:, None]
+        return lower
 
     def square(self, given: Multipliers) -> Array:
         """Lower Bernstein coefficients of what multiplies z² in both halves of every cell, shape (C, 2 N)."""
@@ -175,7 +179,8 @@ class Relaxation:
         values = values + np.einsum("kni,kni->kn", self.cells.linear(given.speeds), self.squares)
         found, slack = self.cells.bernstein(values)
         unsure = _greatest(weights) * self.rows.errors[1] + 0.5 * np.abs(rises) * self.rows.errors[0]
-        return found - (slack + unsure.sum(axis=1))[:, None]
+        lower: Array = found - (slack + unsure.sum(axis=1))[:, None]
+        return lower
 
     def _paid(self, given: Multipliers) -> float:
         """What the limits cost: at least the integral of multipliers times limits."""

@@ -64,9 +64,11 @@ class Rows:
             inertial: factor of all values: ``time`` squared for accelerations, 1 for efforts.
         """
         scales = inertial * np.array([time**-2, time**-2, 1.0 / time, 1.0])
-        parts = (self.bend, self.half, self.rate, self.held)
         return Rows(
-            *(part * scale for part, scale in zip(parts, scales, strict=True)),
+            self.bend * scales[0],
+            self.half * scales[1],
+            self.rate * scales[2],
+            self.held * scales[3],
             self.errors * scales[:, None, None],
             self.forward * inertial,
             self.backward * inertial,
@@ -109,12 +111,11 @@ def efforts(cells: PathCells, dynamics: Dynamics, forward: Array, backward: Arra
 
 def _terms(cells: PathCells, smooth: Dynamics) -> tuple[Array, Array, Array]:
     """Factors of s̈, of z² less half the derivative of the former, and effort at rest, each (C, N, n_joints)."""
-    q, slope, bend, turn = cells.slopes
+    q, slope, bend, _ = cells.slopes
     still = np.zeros_like(q)
     held, viscous = smooth.effort(q, still, still), smooth.robot.friction.viscous * slope
     by_bend = smooth.effort(q, still, slope) - held
     by_speed = smooth.effort(q, slope, bend) - held - viscous
-    del turn
     place = q + 1j * _STEP * slope
     none = np.zeros_like(place)
     stepped = smooth.effort(place, none, slope + 1j * _STEP * bend) - smooth.effort(place, none, none)
