@@ -100,6 +100,8 @@ if TYPE_CHECKING:
     from trajevo.trajectory.polynomial import PolynomialBatch
     from trajevo.verification.bounds.front_bound import FrontBound, bound_front
     from trajevo.verification.certify import certify, certify_all
+    from trajevo.verification.path_bounds.bound import path_bound
+    from trajevo.verification.path_bounds.front_bound import path_front_bound
     from trajevo.verification.twin.simulate import simulate
     from trajevo.verification.verify import verify
 
@@ -187,6 +189,8 @@ _NAMES = {
     # What is proven, and files
     "verification.certify": ("certify", "certify_all"),
     "verification.bounds.front_bound": ("FrontBound", "bound_front"),
+    "verification.path_bounds.bound": ("path_bound",),
+    "verification.path_bounds.front_bound": ("path_front_bound",),
     "verification.twin.simulate": ("simulate",),
     "verification.verify": ("verify",),
     "exporters.exporter": ("Exporter",),
@@ -305,6 +309,8 @@ __all__ = [
     "minimise_weighted",
     "optimise",
     "overshoot",
+    "path_bound",
+    "path_front_bound",
     "payload_bounds",
     "payload_diagram",
     "payload_effort",

@@ -114,6 +114,11 @@ COMMANDS = {
         "check_proof",
         "Check a proof file without trusting what wrote it; exit code 1 if something that it claims is not proven.",
     ),
+    "path-bound": _Home(
+        "path_bound",
+        "bound_path",
+        "Bound a front of time and jerk along a path from below, over all time laws, and draw both.",
+    ),
     "export": _Home(
         "show",
         "export",

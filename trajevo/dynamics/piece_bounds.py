@@ -48,7 +48,7 @@ ROUNDING = 1e-12
 LEAST_WIDTH = 1e-12
 
 #: Sums of the semi-axes of the ellipses that are tried.
-_ELLIPSES = np.geomspace(1.25, 256.0, 16)
+ELLIPSES = np.geomspace(1.25, 256.0, 16)
 
 
 class Pieces(NamedTuple):
@@ -229,7 +229,7 @@ class PieceBounds:
         off, turned = position - way.position(s), rotation - way.orientation(s)
         found = np.stack([(off * off).sum(axis=-1), (turned * turned).sum(axis=(-1, -2))], axis=-1)
         series = np.abs(s @ to_chebyshev(size)[: len(law)].T)
-        powers = _ELLIPSES[:, None] ** np.arange(len(law))
+        powers = ELLIPSES[:, None] ** np.arange(len(law))
         reach = motion_bounds(pieces.states, self.degree)
         with np.errstate(over="ignore", invalid="ignore"):
             imaginary, magnitude = (0.5 * (powers + sign / powers) @ series[..., None] for sign in (-1.0, 1.0))
@@ -334,12 +334,12 @@ def _enclosed(values: list[Array], magnitudes: list[Array]) -> tuple[Array, Arra
         return lower - error, upper + error, slack
     cut, rounding = to_bernstein_halves(found.shape[1])
     lower, upper, slack = (np.empty((len(found), found.shape[2])) for _ in range(3))
-    errors = interpolation_error(found.shape[1], _ELLIPSES)
+    errors = interpolation_error(found.shape[1], ELLIPSES)
     enclosures(np.moveaxis(found, 1, -1) @ cut, found, rounding, magnitude, errors, ROUNDING, lower, upper, slack)
     return lower, upper, slack
 
 
-def motion_bounds(states: Array, degree: int, ellipses: Array = _ELLIPSES) -> Bounds:
+def motion_bounds(states: Array, degree: int, ellipses: Array = ELLIPSES) -> Bounds:
     """Bounds of motions on ellipses about their pieces, shapes (K, E, n_joints).
 
     Args:
@@ -384,6 +384,6 @@ def interpolation_errors(magnitudes: list[Array], size: int) -> tuple[Array, Arr
     with np.errstate(over="ignore", invalid="ignore"):
         magnitude = np.concatenate(magnitudes, axis=-1)
         magnitude = np.where(np.isnan(magnitude), np.inf, magnitude)
-        error = (magnitude * interpolation_error(size, _ELLIPSES)[:, None]).min(axis=1)
+        error = (magnitude * interpolation_error(size, ELLIPSES)[:, None]).min(axis=1)
     rounding = ROUNDING * magnitude[:, 0]
     return error + rounding, np.where(np.isfinite(rounding), rounding, 0.0)

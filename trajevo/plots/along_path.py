@@ -17,6 +17,7 @@ from trajevo.formulation.constraints.path_limits import along_path
 from trajevo.front.front import Front, Solution
 from trajevo.plots.paper import Width, colour, curve, key, log_ticks, panel, scale_beside, sequence
 from trajevo.plots.pareto import quantities
+from trajevo.verification.path_bounds.front_bound import PathFrontBound
 
 
 def path(
@@ -108,6 +109,44 @@ def fronts(
             at = solution.front.F[solution.index] * factors
             ax.plot(*at, "*Dos"[i % 4], color="black", markersize=8 if i % 4 == 0 else 5, label=name)
         ax.set(xlabel=labels[0], ylabel=labels[1], yscale="log")
+        log_ticks(ax.yaxis)
+        key(ax)
+    return ax
+
+
+def path_bound(
+    bound: PathFrontBound, fronts: Mapping[str, Front], *, ax: Axes | None = None, width: Width = "column"
+) -> Axes:
+    """Fronts of time and squared jerk along a path, and the area in which no time law lies.
+
+    Args:
+        bound: the bound, as :func:`trajevo.path_front_bound` gives it.
+        fronts: label -> front of the same problem, or of one with more control points.
+        ax: axes.
+        width: ``"column"``, ``"page"`` or millimetres.
+
+    Raises:
+        InvalidInputError: no front.
+    """
+    if not fronts:
+        raise InvalidInputError("fronts: expected one front at least, got none")
+    labels, factors = quantities(next(iter(fronts.values())))
+    highest = max(float(front.F[:, 1].max()) for front in fronts.values())
+    last = max(float(front.F[:, 0].max()) for front in fronts.values())
+    times = np.geomspace(bound.values[0], last, 400)
+    jerk = np.clip(bound.jerk_at(times), 1e-300, highest)
+    lowest = max(min(float(front.F[:, 1].min()) for front in fronts.values()) * 0.3, 1e-300)
+    at = np.concatenate([[0.9 * times[0], times[0]], times]) * factors[0]
+    top = np.concatenate([[highest, highest], jerk]) * factors[1]
+    with panel(ax, width=width, height=55.0) as ax:
+        ax.fill_between(
+            at, lowest * factors[1], np.maximum(top, lowest * factors[1]), color="0.85", label="no time law"
+        )
+        for i, (name, front) in enumerate(fronts.items()):
+            dots: dict[str, Any] = {"markersize": 2.5, "color": colour(i), "label": name}
+            ax.plot(*(front.F * factors).T, linestyle="none", marker="os^vD"[i % 5], markeredgewidth=0, **dots)
+        ax.set(xlabel=labels[0], ylabel=labels[1], yscale="log", xlim=(at[0], at[-1]))
+        ax.set_ylim(lowest * factors[1], highest * factors[1])
         log_ticks(ax.yaxis)
         key(ax)
     return ax
