@@ -95,5 +95,6 @@ def test_settings_are_not_listed_again_elsewhere():
         "trajevo/formulation/search.py",
         "trajevo/solvers/run/evolution.py",
         "trajevo/solvers/run/folder.py",
+        "trajevo/solvers/run/turns.py",
         "trajevo/solvers/optimise.py",
     }

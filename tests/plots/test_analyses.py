@@ -56,7 +56,9 @@ def same(one, other):
         return same(one.breaks, other.breaks) and same(one.coefficients, other.coefficients)
     if dataclasses.is_dataclass(one):
         return type(one) is type(other) and all(
-            same(getattr(one, field.name), getattr(other, field.name)) for field in dataclasses.fields(one)
+            same(getattr(one, field.name), getattr(other, field.name))
+            for field in dataclasses.fields(one)
+            if field.compare
         )
     if isinstance(one, dict):
         return [*one] == [*other] and all(same(one[key], other[key]) for key in one)
@@ -232,7 +234,9 @@ def test_views_in_space_are_drawn_when_asked_for(kept, tmp_path, monkeypatch):
 
     monkeypatch.setattr(pictures, "_png", views_alone)
     every, few = (draw_all(front, kept=tmp_path, views=views) for views in (True, False))
-    assert {picture.stem for picture in every} - {picture.stem for picture in few} == set(VIEWS)
+    assert {picture.stem for picture in every} - {picture.stem for picture in few} == set(VIEWS) - {
+        "visits"  # of problems that choose an order or postures
+    }
     save_pictures([picture for picture in every if picture.stem == "front_3d"], tmp_path)
     again = [picture.stem for picture in draw_all(front, kept=tmp_path, views=False)]
     assert set(again) == {picture.stem for picture in few} | {"front_3d"}

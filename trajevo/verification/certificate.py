@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -194,8 +195,9 @@ class Certificate:
 
     def relying_on(self, relied: Relied) -> Certificate:
         """The same certificate, which knows what it relied on and can be written as a proof file."""
-        object.__setattr__(self, "_relied", relied)
-        return self
+        other = copy.copy(self)
+        object.__setattr__(other, "_relied", relied)
+        return other
 
     def write_proof(self, file: str | Path) -> Path:
         """Write what is claimed and what it rests on, for ``trajevo check-proof`` and other programs.
