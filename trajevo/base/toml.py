@@ -72,8 +72,8 @@ def _opened(text: str) -> int:
 #: reports such an error, so these errors tell least about the mistake.
 _OTHER_KIND = ("float_type", "list_type", "dict_type", "string_type", "model_type", "tuple_type")
 
-#: Members of unions, which pydantic adds to the place of an error.
-_MEMBERS = ("float", "str", "list", "dict", "MovingSettings", "RobotKeys", "RobotOffer")
+#: Members of unions, which pydantic adds to the place of an error, besides classes whose names end in Keys.
+_MEMBERS = ("float", "str", "list", "dict", "MovingSettings", "RobotOffer")
 
 #: How the parser ends its messages.
 _AT = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
@@ -255,9 +255,7 @@ class Places:
         """
         # pydantic adds the names of a union's members to the place; only keys of the file are kept.
         place = tuple(p for p in error["loc"] if isinstance(p, int) or not (p.startswith("_") or "[" in p))
-        place = tuple(
-            p for p in place if p not in ("float", "str", "list", "dict", "MovingSettings", "RobotKeys", "RobotOffer")
-        )
+        place = tuple(p for p in place if p not in _MEMBERS and not str(p).endswith("Keys"))
         said = problem_of(error)
         if error["type"] == "extra_forbidden":
             known = [*_keys_at(model, error["loc"]), *(beside if len(place) == 1 else ())]

@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
-import pydantic
 
 from trajevo.base.arrays import Array, frozen
-from trajevo.base.files import MOST_DATA, read_text, why_not, write_whole
+from trajevo.base.files import MOST_DATA, why_not, write_whole
 from trajevo.base.shown.brief import cut
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError, TrajevoError, UnknownNameError
@@ -26,7 +25,7 @@ from trajevo.front.checked import RecordCheck
 from trajevo.front.exchange_rates import ExchangeRates, exchange_rates
 from trajevo.front.notebook import front_frame, front_html
 from trajevo.front.quantities import with_unit
-from trajevo.front.records import Blocking, FrontFile, History, ProblemRecord, Run, told
+from trajevo.front.records import Blocking, FrontFile, History, ProblemRecord, Run, read_front
 from trajevo.front.selection import Choice, by_hand, rows_of
 from trajevo.front.solution import Solution as Solution
 from trajevo.front.thinning import MOST_SHOWN, thinned
@@ -327,26 +326,18 @@ class Front:
         raise UnknownNameError("solution", rule, [*named, f"a row from 0 to {len(self) - 1}"])
 
     def gap(self, *, gap: float = 0.01, cpu_time: float = 600.0, file: str | Path | None = None) -> Any:
-        """What no motion of this kind can be better than, and what the front misses at most.
-
-        See :func:`trajevo.bound_front`.
+        """What no motion of this kind can be better than, as a :class:`~trajevo.FrontBound`, and what the front misses.
 
         Args:
-            gap: share of the box at which the search ends.
+            gap: share of the hypervolume's box at which the search ends.
             cpu_time: CPU time after which it ends [s].
             file: where the search is kept; one of this front goes on from there.
 
-        Returns:
-            A :class:`~trajevo.verification.bounds.front_bound.FrontBound`.
-
         Raises:
-            NoSolutionError: the front is empty.
-            InvalidInputError: an objective, an interpolant or a variable of which no bounds are known, or arguments out
-                of range.
+            InvalidInputError: as :func:`trajevo.bound_front`.
         """
-        # Proofs stand above the front, which does not know them until somebody asks.
-        bounds = import_module("trajevo.verification.bounds.front_bound")
-        return bounds.bound_front(self, gap=gap, cpu_time=cpu_time, file=file)
+        proofs = import_module("trajevo.verification.bounds.front_bound")
+        return proofs.bound_front(self, gap=gap, cpu_time=cpu_time, file=file)
 
     def open(self, file: str | Path | None = None) -> Path:
         """Write the page of the front and open it in a browser, see :func:`trajevo.report`.
@@ -405,14 +396,7 @@ class Front:
         Raises:
             InvalidInputError: the file is missing or is not a front; the message names the entry.
         """
-        try:
-            content = FrontFile.model_validate_json(read_text(_path(file), most=MOST_DATA))
-        except OSError as error:
-            raise InvalidInputError(f"{file}: cannot be read: {why_not(error)}") from error
-        except UnicodeDecodeError as error:
-            raise InvalidInputError(f"{file}: is no front of trajevo: not UTF-8 text") from error
-        except pydantic.ValidationError as error:
-            raise InvalidInputError(f"{file}: is no front of trajevo: {told(error)}") from error
+        content = read_front(_path(file))
         front = cls(
             X=np.array(content.X),
             F=np.array(content.F),
@@ -423,8 +407,7 @@ class Front:
             blocking=content.blocking,
             _problem=problem,
         )
-        check = RecordCheck(_path(file), front.X, front.F, front.G, content.run.versions)
-        object.__setattr__(front, "_check", check)
+        object.__setattr__(front, "_check", RecordCheck(_path(file), front.X, front.F, front.G, content.run.versions))
         return front
 
     def _file(self) -> FrontFile:

@@ -10,11 +10,12 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pydantic
 
-from trajevo.base.files import opening_robots_only
+from trajevo.base.files import MOST_DATA, opening_robots_only, read_text, why_not
 from trajevo.base.jit import Kind
 from trajevo.base.plain import plain_data
 from trajevo.base.shown.brief import brief
@@ -371,6 +372,22 @@ class FrontFile(Record):
             if len(rows) != len(self.F) or any(len(row) != width for row in rows):
                 raise ValueError(f"expected {len(self.F)} rows of {width} numbers in {name}")
         return self
+
+
+def read_front(file: Path) -> FrontFile:
+    """Read the content of a front's file.
+
+    Raises:
+        InvalidInputError: the file is missing or is not a front; the message names the entry.
+    """
+    try:
+        return FrontFile.model_validate_json(read_text(file, most=MOST_DATA))
+    except OSError as error:
+        raise InvalidInputError(f"{file}: cannot be read: {why_not(error)}") from error
+    except UnicodeDecodeError as error:
+        raise InvalidInputError(f"{file}: is no front of trajevo: not UTF-8 text") from error
+    except pydantic.ValidationError as error:
+        raise InvalidInputError(f"{file}: is no front of trajevo: {told(error)}") from error
 
 
 def _difference(recorded: Any, found: Any, place: str = "") -> str:

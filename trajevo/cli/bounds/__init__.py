@@ -1,0 +1,1 @@
+"""Commands that bound fronts from below."""
