@@ -298,3 +298,19 @@ def test_the_engine_is_checked():
     refused(lambda: choose_robot(task(), within=-1.0), "within: expected a positive time")
     refused(lambda: choose_robot(task(), engine=InProcess(), popsize=3), "unknown setting of a search 'popsize'")
     assert asked_of(task()).currency == "EUR"
+
+
+def test_a_robot_that_does_not_reach_may_stand_where_it_does():
+    near = [{"position": [0.74, -0.1, 0.2], "rpy": [180.0, 0.0, 0.0]}, {"position": [0.77, 0.1, 0.2]}]
+    light = {"mass": 0.5, "com": [0.0, 0.0, 0.03]}
+    asked = task(points=near, objectives=["time", "energy"], robots=[UR5, Z1], payload=light)
+    given = choose_robot(asked, ["z1"], **SMALL)
+    moving = choose_robot(asked | {"base": {"moving": {"x": [0.5, 0.6]}}}, ["z1"], **SMALL)
+    (fixed,), (moved,) = given.robots, moving.robots
+    assert (fixed.state, fixed.stopped_by) == ("impossible", "reach")
+    assert moved.state == "best"
+    assert 0.5 <= moved.front.pick("least_time").base.position[0] <= 0.6
+    assert 0.5 < moved.carried.mass < moved.carried.at_rest
+    far = choose_robot(asked | {"base": {"moving": {"x": [-0.6, -0.5]}}}, ["z1"], **SMALL)
+    assert (far.robots[0].stopped_by, far.robots[0].misses) == ("reach", ())
+    assert "base.moving: expected a base from which 'z1' reaches all points" in far.sentences[0]

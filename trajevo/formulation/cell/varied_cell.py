@@ -234,7 +234,10 @@ def _home(robot: Robot, poses: Sequence[Pose], box: BaseBox, origin: Array) -> t
     except UnreachableError as error:
         first = error
     bases, missed = _tried(robot, poses, box, origin)
-    for base in bases[missed.max(axis=1) <= _REACHED][:_SOLVED]:
+    reached = bases[missed.max(axis=1) <= _REACHED]
+    # From the nearest to the farthest: the nearest alone may all need joints beyond their ranges.
+    spread = np.unique(np.linspace(0.0, len(reached) - 1.0, min(_SOLVED, len(reached))).round().astype(np.intp))
+    for base in reached[spread]:
         try:
             return base, inverse_kinematics(robot, _seen(poses, base, origin))
         except UnreachableError:
