@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
 
 from trajevo import Payload, load_robot
 from trajevo.dynamics.inverse_dynamics import Dynamics
@@ -77,6 +76,10 @@ class Simulated:
         """Temperatures of the winding after every step of the last of some cycles, or of a steady state (None)."""
         drive = self.robot.drives[self.robot.joint_names[joint]]
         per_square = drive.thermal_resistance * drive.winding_resistance
+        from scipy.signal import (
+            lfilter,
+        )  # takes a second to import, which every process that collects tests would spend
+
         per_square /= (drive.gear_ratio * drive.torque_constant) ** 2
         steady = per_square * self.torque(joint, mass)[self.middle] ** 2
         held, rise = per_square * self.at_rest(joint, mass) ** 2, 0.0

@@ -187,10 +187,10 @@ def test_checking_compiles_nothing_and_takes_milliseconds(changed, front):
     code = (
         "import sys, time; from trajevo import Front; front = Front.load(sys.argv[1]); front._made; front.pick(0)\n"
         "other = Front.load(sys.argv[1], problem=front.problem); other._made\n"
-        "began = time.perf_counter(); other.choices(); other.problem; print(time.perf_counter() - began)\n"
+        "began = time.process_time(); other.choices(); other.problem; print(time.process_time() - began)\n"
         "print('numba' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code, str(file)], capture_output=True, text=True, check=True)
     seconds, compiled = done.stdout.split()
     assert compiled == "False"
-    assert float(seconds) < 0.1  # 3 ms on an idle machine
+    assert float(seconds) < 0.1  # of CPU; 3 ms on an idle machine

@@ -6,7 +6,6 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from scipy.signal import lfilter
 
 from trajevo import Dynamics, Payload, TrajevoError, identify_payload, load_robot, robust_problem
 from trajevo.capacity.identification.physical import is_consistent, nearest_consistent, pseudo_inertia
@@ -41,6 +40,10 @@ def log(payload, rng=None, share=0.01, encoder=2e-5, correlation=0.0, robot=ROBO
     t, q, v, a = motion()
     effort = Dynamics(robot, payload).effort(q, v, a)
     if rng is not None:
+        from scipy.signal import (
+            lfilter,
+        )  # takes a second to import, which every process that collects tests would spend
+
         white = rng.normal(size=q.shape) * np.sqrt(1.0 - correlation**2)
         effort = effort + share * np.abs(effort).max(axis=0) * lfilter([1.0], [1.0, -correlation], white, axis=0)
         q = q + encoder * rng.normal(size=q.shape)
