@@ -14,7 +14,7 @@ UNUSED := /(tests?|pip|mypyc?|debugpy|OpenGL|setuptools|pkg_resources|IPython|je
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo demo-tasks kernels test test-browser test-long check bench bench-suite bench-start bench-release bench-more study-algorithms notebooks docs reproduce clean
+.PHONY: help demo demo-tasks kernels test test-browser test-long check bench bench-suite bench-start bench-release bench-anytime bench-more study-algorithms notebooks docs reproduce clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -105,6 +105,9 @@ bench-start: $(READY)  ## print what a first run takes by its parts, with empty 
 
 bench-release: kernels  ## print speed against another version in one run, AGAINST=v0.1.0 or any commit: docs/speed.md
 	$(BIN)/python tests/benchmarks/releases.py $(or $(AGAINST),$(error AGAINST: expected a tag or commit of this project, or what pip installs: make bench-release AGAINST=v0.1.0))
+
+bench-anytime: kernels  ## print times to the best known front against another version in one run, AGAINST=any commit: docs/how_to/benchmark.md
+	$(BIN)/python tests/benchmarks/anytime.py $(or $(AGAINST),$(error AGAINST: expected a tag or commit of this project: make bench-anytime AGAINST=271f7b7))
 
 study-algorithms: kernels  ## which algorithm, with or without polish and good starts: 4,800 runs, an hour; docs/explanation/algorithms.md
 	$(BIN)/python tests/benchmarks/study_algorithms.py

@@ -21,6 +21,7 @@ from cases_of_optima import USUAL, Compared, cases, disagreement, random_vectors
 
 from trajevo import ViaPointProblem, certify, optimise, polish
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
+from trajevo.study.bench.adapters.of_casadi import STRICT
 
 #: Share of a limit by which Ipopt's motion may exceed it and still counts.
 EXCESS = 1e-6
@@ -28,15 +29,8 @@ EXCESS = 1e-6
 #: What is said where CasADi is not installed.
 MISSING = "bench_casadi.py: expected CasADi, which is not installed; pip install 'trajevo[bench]'"
 
-#: Options of Ipopt: no limit is relaxed.
-IPOPT = {
-    "linear_solver": "mumps",
-    "print_level": 0,
-    "sb": "yes",
-    "max_iter": 1000,
-    "tol": 1e-8,
-    "bound_relax_factor": 0.0,
-}
+#: Options of Ipopt, with exact derivatives and more iterations than in a run of the suite.
+IPOPT = STRICT | {"max_iter": 1000}
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from trajevo.errors import InvalidInputError
+from trajevo.study.bench import record
 from trajevo.study.bench.compare import compared, pace, unlike
 from trajevo.study.bench.record import BenchResults, BenchRun, Machine
 from trajevo.study.bench.table import Quartiles, cells_of, comma_separated, markdown, rows_of, write_table
@@ -177,3 +178,13 @@ def test_what_is_published_tells_the_same_table_in_less():
     short = whole.brief_ones()
     assert rows_of(short) == rows_of(whole)
     assert len(short.model_dump_json()) < len(whole.model_dump_json())
+
+
+def test_what_is_published_has_a_name(tmp_path, monkeypatch):
+    monkeypatch.setattr(record, "bench_folder", lambda: tmp_path)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InvalidInputError, match=r"published\.json: no such file"):
+        BenchResults.load("published")
+    whole = results(*OURS)
+    whole.save(tmp_path / "published.json")
+    assert BenchResults.load("published") == whole

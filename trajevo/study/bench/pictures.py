@@ -125,4 +125,6 @@ def _scored(results: BenchResults, problem: str) -> Mapping[str, Sequence[BenchR
     own = [run for run in results.runs if run.problem == problem and run.end == "scored"]
     if not own:
         raise InvalidInputError("no run has a score")
+    if not any(run.history for run in own):
+        raise InvalidInputError("results in short have no histories; pictures need the folder of the benchmark")
     return {rival: list(runs) for rival, runs in groupby(own, key=lambda run: run.rival)}

@@ -14,16 +14,11 @@ from trajevo.study.bench.adapters.adapter import BenchRival
 from trajevo.study.bench.adapters.of_scipy import Remembered
 from trajevo.study.bench.contest import Contest, OutOfTimeError
 
-#: Options of Ipopt: no limit is relaxed, and the Hessian is approximated.
-IPOPT = {
-    "linear_solver": "mumps",
-    "print_level": 0,
-    "sb": "yes",
-    "max_iter": 300,
-    "tol": 1e-8,
-    "bound_relax_factor": 0.0,
-    "hessian_approximation": "limited-memory",
-}
+#: Options of Ipopt wherever trajevo is compared with it: no limit is relaxed.
+STRICT = {"linear_solver": "mumps", "print_level": 0, "sb": "yes", "tol": 1e-8, "bound_relax_factor": 0.0}
+
+#: The same here, with an approximate Hessian.
+IPOPT = STRICT | {"max_iter": 300, "hessian_approximation": "limited-memory"}
 
 
 @final
