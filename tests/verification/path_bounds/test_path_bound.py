@@ -54,7 +54,7 @@ def test_time_and_squared_effort_of_a_line():
     mass = problem.dynamics.effort(0.0 * one, 0.0 * one, one)[0, 0]
     cost = weight * 12.0 * mass**2 * LENGTH**2
     time = (3.0 * cost) ** 0.25
-    below(path_bound(problem, square_effort=weight, stations=60), time + cost / time**3, 5e-3)
+    below(path_bound(problem, square_effort=weight, stations=60), time + cost / time**3, 3e-2)
 
 
 @pytest.mark.parametrize(("path", "best"), [("gemini", 1.6297), ("s", 2.1810)])
@@ -77,7 +77,9 @@ def test_rises_with_stations():
 def test_a_torque_limited_arm():
     """Below the fastest motion that the programs of the problem find, and near it."""
     points = np.radians([[0, 45, 0, 0, 45, 0], [20, 40, -10, 10, 40, 15], [45, 50, -15, 20, 30, 30]])
-    points = np.concatenate([points, np.radians([[60, 60, -20, 15, 20, 20], [50, 70, -10, 0, 30, 10], [30, 60, 0, -10, 40, 0]])])
+    points = np.concatenate(
+        [points, np.radians([[60, 60, -20, 15, 20, 20], [50, 70, -10, 0, 30, 10], [30, 60, 0, -10, 40, 0]])]
+    )
     problem = TimeJerkReparameterisation(path=points, robot="puma560", effort=True, jerk="inf", longest_time=20.0)
     bound = path_bound(problem, stations=40)
     found = problem.least_time().cost
