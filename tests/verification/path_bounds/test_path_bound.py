@@ -54,7 +54,7 @@ def test_time_and_squared_effort_of_a_line():
     mass = problem.dynamics.effort(0.0 * one, 0.0 * one, one)[0, 0]
     cost = weight * 12.0 * mass**2 * LENGTH**2
     time = (3.0 * cost) ** 0.25
-    below(path_bound(problem, square_effort=weight, stations=60), time + cost / time**3, 5e-3)
+    below(path_bound(problem, square_effort=weight, stations=60), time + cost / time**3, 3e-2)
 
 
 @pytest.mark.parametrize(("path", "best"), [("gemini", 1.6297), ("s", 2.1810)])
