@@ -76,8 +76,9 @@ class _Segment:
 
     def __init__(self, begin: float, end: float, rows: list[list[float]]) -> None:
         self.begin, self.duration = Fraction(begin), Fraction(end) - Fraction(begin)
-        self.a = [[Fraction(c) * self.duration**k for k, c in enumerate(row)] for row in rows]
-        self.b = [bernstein(a) for a in self.a]
+        exact = [[Fraction(c) * self.duration**k for k, c in enumerate(row)] for row in rows]
+        self.b, self.d = [bernstein(a) for a in exact], [math.lcm(*(x.denominator for x in a)) for a in exact]
+        self.a = [[int(x * d) for x in a] for a, d in zip(exact, self.d)]  # whole numbers, divided by d
 
     def derivative(self, joint: int, order: int) -> tuple[list[int], Fraction]:
         """Bernstein coefficients of a derivative, and by what they are divided."""
@@ -88,15 +89,16 @@ class _Segment:
 
     def told(self, kept: bool | None, u: Fraction) -> str:
         """That a claim is broken, or not decided, near u."""
-        at = float(self.begin + u * self.duration)
-        return f"is claimed, and it {'may be' if kept is None else 'is'} beyond that at {at:.6g} s"
+        return (
+            f"is claimed, {'perhaps ' if kept is None else ''}wrongly at {float(self.begin + u * self.duration):.6g} s"
+        )
 
     def on_piece(self, level: int, place: int) -> Any:
         """Positions, velocities, accelerations of all joints on u = (2 place + 1 + s) / 2^(level + 1), |s| <= 1."""
-        half, found = Fraction(1, 2 << level), tuple(list[Tube]() for _ in range(3))
-        rate = float(1 / (half * self.duration))
-        for a in self.a:
-            c = [float(x) for x in moved(a, (2 * place + 1) * half, half)]
+        rate, found = float((2 << level) / self.duration), tuple(list[Tube]() for _ in range(3))
+        for a, d in zip(self.a, self.d):
+            whole = moved([x << (level + 1) * (len(a) - 1 - k) for k, x in enumerate(a)], 2 * place + 1, 1)
+            c = [x / (d << (level + 1) * (len(a) - 1)) for x in whole]
             for tubes in found:
                 tubes.append(Tube.of(c, 8.0 * U * sum(map(abs, c))))
                 c = [k * x * rate for k, x in enumerate(c)][1:]
@@ -263,8 +265,7 @@ class _Robot:
         self.links = [_Link(x, [y for y in loads if y["link"] == k]) for k, x in enumerate(data["links"])]
         self.drives, self.screws = numbers(data["matrix"], len(self.links), None), data["screws"]
         self.offset, gravity, still = numbers(data["offset"], len(self.links)), numbers(data["gravity"], 3), [ZERO] * 3
-        pull = [Tube.of([-g]) for g in gravity]  # gravity counts as an acceleration of the ground upwards
-        self.ground = SimpleNamespace(spin=still, rate=still, swing=[still] * 3, pull=pull)
+        self.ground = SimpleNamespace(spin=still, rate=still, swing=[still] * 3, pull=[Tube.of([-g]) for g in gravity])
         keys = ("viscous", "armature", "coulomb", "coulomb_backward", "standing")
         self.viscous, self.armature, *self.dry = (numbers(data["friction"][key], len(self.drives[0])) for key in keys)
         if min(map(min, self.dry)) < 0.0:
@@ -304,8 +305,7 @@ def numbers(x: Any, *shape: int | None) -> Any:
     """Nested lists of finite doubles in the given shape (None: any length); doubles may be hexadecimal texts."""
     if shape and isinstance(x, list) and x and shape[0] in (None, len(x)):
         return [numbers(each, *shape[1:]) for each in x]
-    text = isinstance(x, str) and x.lstrip("-").startswith("0x")
-    value = float.fromhex(x) if text else x if type(x) in (int, float) else math.nan
+    value = x if type(x) in (int, float) else float.fromhex(x) if str(x).lstrip("-").startswith("0x") else math.nan
     if shape or not abs(value) <= sys.float_info.max:
         raise BadFileError(f"expected {f'a list of {shape[0]} entries' if shape else 'a finite number'}, got {x!s:.40}")
     return float(value)
