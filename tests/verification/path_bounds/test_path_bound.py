@@ -115,7 +115,7 @@ def test_least_over_speeds_is_a_lower_bound():
 
 
 def reachable(problem, count=4001):
-    """Least time without limits of jerk, by passes forward and back over squared speeds, an estimate from dense stations."""
+    """Least time without limits of jerk, by passes forward and back over squared speeds at dense stations."""
     s = np.linspace(0.0, 1.0, count)
     h, slope, bend = s[1], problem.path(s, 1), problem.path(s, 2)
     limits = problem.robot.limits
