@@ -1,18 +1,24 @@
-"""The command ``trajevo check``: what is known about a problem before its search."""
+"""The commands ``trajevo check`` and ``path-bound``: what rules a motion out before a search, and after it."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
+from trajevo import plots
 from trajevo.cli.console import Terminal
-from trajevo.cli.problem_options import ProblemArgument, chosen_problem, problem_options
-from trajevo.cli.results import NO_SOLUTION
+from trajevo.cli.problem_options import ProblemArgument, ProblemOption, chosen_problem, problem_options
+from trajevo.cli.results import NO_SOLUTION, RunArgument, beside, front_of
 from trajevo.cli.screen.tables import Listing
 from trajevo.formulation.feasibility.check import check
+from trajevo.plots.pictures import save_figure
+from trajevo.verification.path_bounds.front_bound import path_front_bound
 
 _out = Terminal()
+
+#: Picture that ``trajevo path-bound`` writes beside a front.
+BOUND_PICTURE = "path_bound.png"
 
 
 @problem_options
@@ -30,3 +36,24 @@ def check_problem(*, problem: ProblemArgument, options: dict[str, Any]) -> None:
         _out.print(sentence)
     if found.impossible:
         raise typer.Exit(NO_SOLUTION)
+
+
+def bound_path(
+    run: RunArgument,
+    stations: Annotated[int, typer.Option(help="Cells of the path, 10 to 5000; more bring the bound higher.")] = 100,
+    weights: Annotated[int, typer.Option(help="Weights of the squared jerk, 1 to 200, spread over the front.")] = 16,
+    problem: ProblemOption = None,
+) -> None:
+    """Bound a front of time and jerk along a path from below, over all time laws, and draw both."""
+    front = front_of(run, problem)
+    found = path_front_bound(front, weights=weights, stations=stations)
+    table = Listing("objective", "no time law is below", "least of the front")
+    for row in found.rows:
+        table.add(*row)
+    _out.print(table)
+    _out.print(f"{found.told}.")
+    _out.print(f"proven of {found.kind} ({found.stations} stations, {found.cpu_time:.1f} s of CPU)")
+    if found.left_out:
+        _out.print(f"limits not used, with which the front misses less: {', '.join(found.left_out)}")
+    picture = save_figure(plots.path_bound(found, {"front": front}).figure, beside(run, BOUND_PICTURE))
+    _out.written(picture, then=f"trajevo path-bound {run} --stations {2 * stations} brings the bound higher")

@@ -100,7 +100,7 @@ COMMANDS = {
         "Prove that a motion keeps every limit at every instant; exit code 1 if one is broken or not decided.",
     ),
     "path-bound": _Home(
-        "path_bound",
+        "check",
         "bound_path",
         "Bound a front of time and jerk along a path from below, over all time laws, and draw both.",
     ),
