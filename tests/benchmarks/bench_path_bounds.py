@@ -1,4 +1,4 @@
-"""How far least times along paths are from what no time law is below: `python tests/benchmarks/bench_path_bounds.py`."""
+"""Least times along paths against what no time law is below: `python tests/benchmarks/bench_path_bounds.py`."""
 
 from trajevo import path_bound
 from trajevo.problems import TimeJerkReparameterisation

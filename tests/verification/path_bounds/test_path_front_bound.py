@@ -32,7 +32,7 @@ def test_gap_is_the_area_between(front, bound):
     low, high = bound.lower, bound.corner
     at = np.linspace(low[0], high[0], 601)
     middle = 0.5 * (at[1:] + at[:-1])
-    inside = front.F[(front.F < high).all(axis=1)]
+    inside = front.F[(high > front.F).all(axis=1)]
     best = np.array([np.min(inside[inside[:, 0] <= t, 1], initial=high[1]) for t in middle])
     area = (best - np.minimum(bound.jerk_at(middle), high[1])).sum() * (at[1] - at[0])
     assert bound.gap == pytest.approx(area / np.prod(high - low), abs=5e-3)
@@ -40,7 +40,8 @@ def test_gap_is_the_area_between(front, bound):
 
 def test_points_are_a_convex_line_below_the_front(front, bound):
     points = bound.points()
-    assert (np.diff(points[:, 0]) > 0.0).all() and (np.diff(points[:, 1]) < 0.0).all()
+    assert (np.diff(points[:, 0]) > 0.0).all()
+    assert (np.diff(points[:, 1]) < 0.0).all()
     slopes = np.diff(points[:, 1]) / np.diff(points[:, 0])
     assert (np.diff(slopes) > 0.0).all()
     np.testing.assert_allclose(bound.jerk_at(points[:, 0]), points[:, 1], rtol=1e-9, atol=1e-12)
@@ -54,7 +55,8 @@ def test_command_and_picture(front, bound, tmp_path):
     assert "no time law along the path is better" in " ".join(done.stdout.split())
     assert (tmp_path / "path_bound.png").is_file()
     ax = plots.path_bound(bound, {"front": front})
-    assert ax.get_yscale() == "log" and len(ax.lines) == 1
+    assert ax.get_yscale() == "log"
+    assert len(ax.lines) == 1
     plt.close(ax.figure)
     with pytest.raises(InvalidInputError, match="fronts: expected one front at least"):
         plots.path_bound(bound, {})

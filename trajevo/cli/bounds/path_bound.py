@@ -23,7 +23,7 @@ BOUND_PICTURE = "path_bound.png"
 def bound_path(
     run: RunArgument,
     stations: Annotated[int, typer.Option(help="Cells of the path, 10 to 5000; more bring the bound higher.")] = 100,
-    weights: Annotated[int, typer.Option(help="Weights of the squared jerk, 1 to 200, spread over the front.")] = 10,
+    weights: Annotated[int, typer.Option(help="Weights of the squared jerk, 1 to 200, spread over the front.")] = 16,
     problem: ProblemOption = None,
 ) -> None:
     """Bound a front of time and jerk along a path from below, over all time laws, and draw both."""

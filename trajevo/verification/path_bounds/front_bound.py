@@ -21,7 +21,7 @@ _OBJECTIVES = ("time", "jerk")
 _SAME = 1e-9
 
 #: Number of weights unless another is given, and bounds of it.
-_WEIGHTS, _MOST_WEIGHTS = 10, 200
+_WEIGHTS, _MOST_WEIGHTS = 16, 200
 
 #: Least and greatest power of the time with which the jerk is taken to fall along a front: a slower run of the same
 #: law has it fall with the fifth.
@@ -103,7 +103,7 @@ def path_front_bound(front: Front, *, weights: int = _WEIGHTS, stations: int = 1
 
     Args:
         front: front of a problem along a fixed path with the objectives time and jerk.
-        weights: number of weights of the jerk besides 0, spread over the front.
+        weights: number of weights of the jerk besides 0, spread over the front evenly by their logarithms.
         stations: number of cells of the path, see :func:`path_bound`.
 
     Returns:
@@ -149,17 +149,15 @@ def path_front_bound(front: Front, *, weights: int = _WEIGHTS, stations: int = 1
 
 
 def _weights(F: Array, count: int) -> Array:
-    """Weights of the jerk with which places of a front, evenly spread by the logarithm of time, are least."""
+    """Weights of the jerk from that with which the front's fast end is least to that of its slow end, (count,)."""
     rows = F[np.argsort(F[:, 0])]
-    at = np.geomspace(rows[0, 0], rows[-1, 0], count)
     if len(rows) < 2 or rows[0, 0] == rows[-1, 0]:
-        return rows[:1, 0] / (5.0 * rows[:1, 1])
-    steps = np.geomspace(rows[0, 0], rows[-1, 0], 4 * count + 1)
+        return rows[:1, 0] / (_POWERS[0] * rows[:1, 1])
+    steps = np.geomspace(rows[0, 0], rows[-1, 0], 40)
     jerk = np.interp(np.log(steps), np.log(rows[:, 0]), np.log(np.maximum(rows[:, 1], 1e-300)))
     falls = np.clip(-np.gradient(jerk, np.log(steps)), *_POWERS)
-    power = np.interp(at, steps, falls)
-    weights: Array = at / (power * np.exp(np.interp(at, steps, jerk)))
-    return weights
+    weights = steps / (falls * np.exp(jerk))
+    return np.geomspace(weights.min(), weights.max(), count)
 
 
 def _corner(problem: Any, F: Array) -> Array:
