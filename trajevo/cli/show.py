@@ -12,6 +12,7 @@ import numpy as np
 import typer
 
 from trajevo import plots
+from trajevo.base.files import removed
 from trajevo.capacity.dlcc import dlcc, dlcc_iterative
 from trajevo.capacity.drives.drive_capacity import drive_capacity
 from trajevo.capacity.sensitivity import sensitivity
@@ -44,14 +45,23 @@ from trajevo.exporters.export import export as write
 from trajevo.page.animation import animate
 from trajevo.page.report import report as write_report
 from trajevo.page.server import Served
-from trajevo.plots.analyses import kept_kind
-from trajevo.plots.analyses_file import read_analyses
+from trajevo.plots.analyses import ANALYSES_SUFFIX, kept_kind
+from trajevo.plots.analyses_file import read_analyses, write_analyses
 from trajevo.plots.pictures import FORMATS, draw_files, figures_of
+from trajevo.verification.bounds.front_bound import BOUND_SUFFIX, FrontBound, bound_front
 from trajevo.verification.certificate import Certificate
 from trajevo.verification.certify import certify, certify_all
 from trajevo.verification.verify import verify, verify_all
 
 _out = Terminal()
+
+#: Why a search ended, as it is told.
+_ENDED = {
+    "gap": "the gap is as small as was asked for",
+    "missing": "the front misses more than the gap that was asked for, by motions that were found",
+    "cpu-time": "its CPU time is over; with more, the same command goes on from here",
+    "nothing left": "no part of the range is left to divide",
+}
 _Angle = Annotated[str | None, typer.Option(help="Unit of angles: rad or deg; the problem's unit if not given.")]
 
 
@@ -296,6 +306,42 @@ def certificate(
         _out.print(f"{kept} of {len(found)} solutions are proven to keep every limit at every instant.")
     if kept < len(found):
         raise typer.Exit(1)
+
+
+def bound(
+    run: RunArgument,
+    gap: Annotated[
+        float, typer.Option(help="Share of the hypervolume's box at which the search ends, 0.0001 to 1.")
+    ] = 0.01,
+    cpu_time: Annotated[
+        float, typer.Option(help="CPU time after which it ends, earlier parts of it included [s].")
+    ] = 600.0,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    problem: ProblemOption = None,
+) -> None:
+    """Bound a run's front from below: what no motion of its kind can be better than; it goes on where it stopped."""
+    front, kept = front_of(run, problem), analyses_of(run)
+    state = kept.with_name(kept.name.removesuffix(ANALYSES_SUFFIX) + BOUND_SUFFIX)
+    found = bound_front(
+        front, gap=gap, cpu_time=cpu_time, file=state, tell=None if quiet else Terminal(stderr=True).print
+    )
+    write_analyses(kept, front, read_analyses(kept, front) | {"bound": found})
+    removed(beside(run, PLOTS_FOLDER) / "front_bound.png")  # of an earlier bound
+    print_bound(_out, found)
+    _out.print(f"it ended since {_ENDED[found.ended]} ({found.cells} cells, {found.cpu_time:.1f} s of CPU)")
+    _out.written(kept, then=f"trajevo report {run} shows it with the front")
+
+
+def print_bound(out: Any, found: FrontBound) -> None:
+    """Print what is proven, of which motions, and between which values the least of each objective lies."""
+    table = Listing("objective", "no motion is below", "least known")
+    for row in found.rows:
+        table.add(*row)
+    out.print(table)
+    out.print(f"{found.told}.")
+    out.print(f"proven of {found.kind}")
+    if found.left_out:
+        out.print(f"limits not used, with which the front misses less: {', '.join(found.left_out)}")
 
 
 def explain(

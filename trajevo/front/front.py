@@ -326,27 +326,9 @@ class Front:
             return by_hand(int(rule))
         raise UnknownNameError("solution", rule, [*named, f"a row from 0 to {len(self) - 1}"])
 
-    def gap(self, *, gap: float = 0.01, cpu_time: float = 600.0, file: str | Path | None = None) -> Any:
-        """What no motion of this kind can be better than, and what the front misses at most.
-
-        See :func:`trajevo.bound_front`.
-
-        Args:
-            gap: share of the box at which the search ends.
-            cpu_time: CPU time after which it ends [s].
-            file: where the search is kept; one of this front goes on from there.
-
-        Returns:
-            A :class:`~trajevo.verification.bounds.front_bound.FrontBound`.
-
-        Raises:
-            NoSolutionError: the front is empty.
-            InvalidInputError: an objective, an interpolant or a variable of which no bounds are known, or arguments out
-                of range.
-        """
-        # Proofs stand above the front, which does not know them until somebody asks.
-        bounds = import_module("trajevo.verification.bounds.front_bound")
-        return bounds.bound_front(self, gap=gap, cpu_time=cpu_time, file=file)
+    def gap(self, **given: Any) -> Any:
+        """What no motion can be better than, and what this front misses at most, see :func:`trajevo.bound_front`."""
+        return import_module("trajevo.verification.bounds.front_bound").bound_front(self, **given)
 
     def open(self, file: str | Path | None = None) -> Path:
         """Write the page of the front and open it in a browser, see :func:`trajevo.report`.
