@@ -12,18 +12,18 @@ from trajevo.base.arrays import Array, frozen
 from trajevo.base.shown.brief import brief
 from trajevo.verification.bounds.enclosed import Enclosed
 from trajevo.verification.bounds.question import MARGIN, Question
-from trajevo.verification.bounds.shapes import Pieces, Times
+from trajevo.verification.bounds.shapes import ShapePieces, Times
 
 #: Instants of each piece between which its peaks are looked for; where a peak is need not be known exactly.
 _LOOKED = 17
 
-#: Cells that are enclosed together.
+#: RatioCells that are enclosed together.
 _TOGETHER = 512
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Cells:
+class RatioCells:
     """N boxes of the logarithms of ratios of segment times, with what no motion in them can be better than.
 
     Attributes:
@@ -47,12 +47,12 @@ class Cells:
     def __len__(self) -> int:
         return len(self.low)
 
-    def __getitem__(self, rows: Any) -> Cells:
-        return Cells(*(getattr(self, field.name)[rows] for field in fields(self)))
+    def __getitem__(self, rows: Any) -> RatioCells:
+        return RatioCells(*(getattr(self, field.name)[rows] for field in fields(self)))
 
-    def with_others(self, others: Cells) -> Cells:
+    def with_others(self, others: RatioCells) -> RatioCells:
         """These cells and then others."""
-        return Cells(*(np.concatenate([getattr(self, f.name), getattr(others, f.name)]) for f in fields(self)))
+        return RatioCells(*(np.concatenate([getattr(self, f.name), getattr(others, f.name)]) for f in fields(self)))
 
     def halves(self) -> tuple[Array, Array]:
         """Both halves of every cell, ends (2 N, n)."""
@@ -63,7 +63,7 @@ class Cells:
         return np.concatenate([self.low, lower]), np.concatenate([upper, self.high])
 
 
-def coarse_cells(question: Question, low: Array, high: Array) -> Cells:
+def coarse_cells(question: Question, low: Array, high: Array) -> RatioCells:
     """Bounds that hold for all motions through the points at given times, whatever the interpolant.
 
     The least integral of the square of an acceleration through points from rest to rest is the greatest value of its
@@ -92,7 +92,7 @@ def coarse_cells(question: Question, low: Array, high: Array) -> Cells:
         }
         columns.append(value[one.form] * (1.0 if one.form == "time" else 1.0 - MARGIN))
     widest = (high - low).argmax(axis=1)
-    return Cells(low, high, np.stack(columns, axis=1), least * (1.0 - MARGIN), most * (1.0 + MARGIN), widest)
+    return RatioCells(low, high, np.stack(columns, axis=1), least * (1.0 - MARGIN), most * (1.0 + MARGIN), widest)
 
 
 def _shares(low: Array, high: Array) -> Array:
@@ -144,7 +144,7 @@ def _least_rms(chords: Array, shares: Array) -> Array:
     return np.asarray(np.sqrt(best))
 
 
-def fine_cells(question: Question, cells: Cells) -> Cells:
+def fine_cells(question: Question, cells: RatioCells) -> RatioCells:
     """The same cells with the bounds of the interpolant's own motions, where they are better."""
     narrow = np.flatnonzero((cells.high - cells.low).max(axis=1) <= 2.0 * question.shape.widest)
     for first in range(0, len(narrow), _TOGETHER):
@@ -196,7 +196,7 @@ def _enclosed(question: Question, low: Array, high: Array) -> tuple[Array, Array
     return constants, least, split, out
 
 
-def _energies(pieces: Pieces, order: int, question: Question) -> Enclosed:
+def _energies(pieces: ShapePieces, order: int, question: Question) -> Enclosed:
     """∫ of the squared derivative of every joint that moves, (B, J), in the shape's unit of time."""
     moving = np.flatnonzero(np.ptp(question.positions, axis=0) > 0.0)
     coefficients = pieces.coefficients[:, moving]
@@ -208,7 +208,7 @@ def _energies(pieces: Pieces, order: int, question: Question) -> Enclosed:
     return swapped.summed()
 
 
-def _peaks(pieces: Pieces, total: Enclosed, order: int, known: dict[int, Enclosed]) -> Enclosed:
+def _peaks(pieces: ShapePieces, total: Enclosed, order: int, known: dict[int, Enclosed]) -> Enclosed:
     """The derivative at one instant of every piece, near its peak at the middle of the cell, (B, S, n_joints)."""
     if order not in known:
         at = _near_peaks(pieces.coefficients.middle[0], order)
@@ -239,7 +239,7 @@ def _influence(whole: Enclosed) -> Array:
     return np.asarray(((np.abs(middle) + radius) * whole.reach.T / np.abs(whole.middle[0])).T)
 
 
-def _outside(pieces: Pieces, range_: Array) -> Array:
+def _outside(pieces: ShapePieces, range_: Array) -> Array:
     """Whether all motions of a cell leave the range of a joint, shape (B,)."""
     if not np.isfinite(range_).any():
         return np.zeros(pieces.coefficients.middle.shape[1], dtype=bool)

@@ -11,7 +11,7 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
 
-#: Cells and curves that are compared together.
+#: RatioCells and curves that are compared together.
 _TOGETHER = 4_000_000
 
 #: Share of the box by which motions that are compared may take longer.

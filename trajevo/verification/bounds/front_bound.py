@@ -21,10 +21,10 @@ from trajevo.errors import InvalidInputError, NoSolutionError
 from trajevo.front.front import Front
 from trajevo.front.hypervolume import hypervolume
 from trajevo.front.quantities import with_unit
-from trajevo.verification.bounds.cells import Cells
+from trajevo.verification.bounds.cells import RatioCells
 from trajevo.verification.bounds.curves import Curves, Frame, undominated
 from trajevo.verification.bounds.question import MARGIN, Question
-from trajevo.verification.bounds.search import State, begun, ends, frame_curves, stepped
+from trajevo.verification.bounds.search import SearchState, begun, ends, frame_curves, stepped
 
 #: Format and version of the file in which a search is kept.
 _FORMAT, _VERSION = "trajevo bound", 1
@@ -145,7 +145,7 @@ class FrontBound:
             F: shape (N, n_obj) [SI]; nothing is known of values outside the box, which are not excluded.
 
         Returns:
-            Shape (N,). If a motion of this kind has values that are excluded, the bound is wrong.
+            EnclosedShape (N,). If a motion of this kind has values that are excluded, the bound is wrong.
         """
         values = numbers(F, name="F", shape=("N", len(self.names)))
         found, time_at = np.zeros(len(values), dtype=bool), self._frame.time_at
@@ -216,7 +216,7 @@ def bound_front(
 class _Search:
     """A search that can be interrupted, with what was spent on it."""
 
-    def __init__(self, question: Question, frame: Frame, front: Front, file: Path | None, state: State) -> None:
+    def __init__(self, question: Question, frame: Frame, front: Front, file: Path | None, state: SearchState) -> None:
         self.question, self.frame, self.front, self.file, self.state = question, frame, front, file, state
         self.spent, self.measured, self.ended = 0.0, 0, "cpu-time"
         self.own = hypervolume(front.F[(frame.corner > front.F).all(axis=1)], frame.corner)
@@ -228,10 +228,10 @@ class _Search:
         kept = None if file is None else _kept(file, front.digest)
         if kept is not None and np.array_equal(kept[0]["corner"], frame.corner):
             arrays, about = kept
-            cells = Cells(*(arrays[f"cells_{field.name}"] for field in fields(Cells)))
+            cells = RatioCells(*(arrays[f"cells_{field.name}"] for field in fields(RatioCells)))
             known = Curves(*(arrays[f"known_{field.name}"] for field in fields(Curves)))
             search = cls(
-                question, frame, front, file, State(cells, arrays["depths"], known, about["steps"], about["made"])
+                question, frame, front, file, SearchState(cells, arrays["depths"], known, about["steps"], about["made"])
             )
             search.spent, search.measured = about["spent"], about["measured"]
             return search
@@ -319,7 +319,7 @@ class _Search:
         about = {"format": _FORMAT, "version": _VERSION, "front": self.front.digest}
         about |= {"steps": state.steps, "made": state.made, "spent": self.spent, "measured": self.measured}
         arrays: dict[str, Any] = {"corner": self.frame.corner, "depths": state.depths}
-        arrays |= {f"cells_{field.name}": getattr(state.cells, field.name) for field in fields(Cells)}
+        arrays |= {f"cells_{field.name}": getattr(state.cells, field.name) for field in fields(RatioCells)}
         arrays |= {f"known_{field.name}": getattr(state.known, field.name) for field in fields(Curves)}
         stream = io.BytesIO()
         np.savez_compressed(stream, allow_pickle=False, about=np.array(json.dumps(about)), **arrays)

@@ -20,7 +20,7 @@ from trajevo.formulation import objectives as own
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.trajectory.batch import DERIVATIVES
-from trajevo.verification.bounds.shapes import Shape, shape_of
+from trajevo.verification.bounds.shapes import EnclosedShape, shape_of
 
 #: Share by which bounds of constants are lowered: far more than nodes and weights of quadratures can be off.
 MARGIN = 1e-9
@@ -28,7 +28,7 @@ MARGIN = 1e-9
 
 @final
 @dataclass(frozen=True)
-class Scaled:
+class PowerOfTime:
     """An objective that is a constant of the shape times a power of the duration.
 
     Attributes:
@@ -44,14 +44,14 @@ class Scaled:
 
 
 #: Objectives that can be bounded, by their functions.
-SCALED: dict[Callable[[Rollout], Array], Scaled] = {
-    own.total_time: Scaled("time", 0, 1),
-    own.summed_rms_acceleration: Scaled("rms", 2, -2),
-    own.summed_rms_jerk: Scaled("rms", 3, -3),
-    own.integrated_square_acceleration: Scaled("integral", 2, -3),
-    own.integrated_square_jerk: Scaled("integral", 3, -5),
-    own.peak_acceleration: Scaled("peak", 2, -2),
-    own.peak_jerk: Scaled("peak", 3, -3),
+SCALED: dict[Callable[[Rollout], Array], PowerOfTime] = {
+    own.total_time: PowerOfTime("time", 0, 1),
+    own.summed_rms_acceleration: PowerOfTime("rms", 2, -2),
+    own.summed_rms_jerk: PowerOfTime("rms", 3, -3),
+    own.integrated_square_acceleration: PowerOfTime("integral", 2, -3),
+    own.integrated_square_jerk: PowerOfTime("integral", 3, -5),
+    own.peak_acceleration: PowerOfTime("peak", 2, -2),
+    own.peak_jerk: PowerOfTime("peak", 3, -3),
 }
 
 
@@ -74,9 +74,9 @@ class Question:
     """
 
     problem: TrajectoryProblem
-    shape: Shape
+    shape: EnclosedShape
     positions: Array
-    objectives: tuple[Scaled, ...]
+    objectives: tuple[PowerOfTime, ...]
     durations: tuple[float, float]
     limits: dict[int, Array]
     range: Array

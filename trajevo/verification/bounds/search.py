@@ -9,7 +9,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
-from trajevo.verification.bounds.cells import Cells, coarse_cells, fine_cells
+from trajevo.verification.bounds.cells import RatioCells, coarse_cells, fine_cells
 from trajevo.verification.bounds.curves import Curves, Frame, depth, dominated, undominated
 from trajevo.verification.bounds.question import Question
 
@@ -31,7 +31,7 @@ _NARROWEST = 1e-7
 
 @final
 @dataclass(frozen=True, eq=False)
-class State:
+class SearchState:
     """Where a search stands; the next step depends on nothing else.
 
     Attributes:
@@ -42,7 +42,7 @@ class State:
         made: number of cells bounded so far.
     """
 
-    cells: Cells
+    cells: RatioCells
     depths: Array
     known: Curves
     steps: int
@@ -51,16 +51,16 @@ class State:
     __repr__ = brief
 
 
-def begun(question: Question, frame: Frame, known: Curves) -> State:
+def begun(question: Question, frame: Frame, known: Curves) -> SearchState:
     """The whole range of ratios as one cell, and what is known."""
     widest = np.log(question.durations[1] / question.durations[0])
     n = len(question.positions) - 2
     ends = np.full((1, n), -widest), np.full((1, n), widest)
     cells = coarse_cells(question, *ends)
-    return State(cells, np.ones(1), known[undominated(known)], 0, 1)
+    return SearchState(cells, np.ones(1), known[undominated(known)], 0, 1)
 
 
-def stepped(question: Question, frame: Frame, state: State) -> State:
+def stepped(question: Question, frame: Frame, state: SearchState) -> SearchState:
     """One step: the cells that may hide most are halved; the same state if there are none left."""
     chosen = _chosen(frame, state)
     if not len(chosen):
@@ -81,22 +81,22 @@ def stepped(question: Question, frame: Frame, state: State) -> State:
         alive = ~dominated(_trimmed(frame, cells), known)
         cells = cells[alive]
         depths = depth(frame, frame_curves(cells), known, slices)
-    return State(cells, depths, known, state.steps + 1, state.made + 2 * len(chosen))
+    return SearchState(cells, depths, known, state.steps + 1, state.made + 2 * len(chosen))
 
 
-def frame_curves(cells: Cells) -> Curves:
+def frame_curves(cells: RatioCells) -> Curves:
     """What no motion of a cell is better than, as a curve."""
     return Curves(cells.constants, cells.least, cells.most)
 
 
-def ends(frame: Frame, state: State) -> tuple[Array, Array]:
+def ends(frame: Frame, state: SearchState) -> tuple[Array, Array]:
     """Least value of every objective: its bound from below, and that of what is known, each (n_obj,)."""
     known = frame.best(state.known).min(axis=0, initial=np.inf)
     below = frame.best(frame_curves(state.cells)).min(axis=0, initial=np.inf)
     return np.minimum(below, known), known
 
 
-def _bounded(question: Question, frame: Frame, parents: Cells, known: Curves) -> Cells:
+def _bounded(question: Question, frame: Frame, parents: RatioCells, known: Curves) -> RatioCells:
     """The halves of cells that may hold something better than what is known."""
     low, high = parents.halves()
     cells = coarse_cells(question, low, high)
@@ -112,22 +112,22 @@ def _bounded(question: Question, frame: Frame, parents: Cells, known: Curves) ->
     return cells[_open(frame, cells, known)]
 
 
-def _open(frame: Frame, cells: Cells, known: Curves) -> Array:
+def _open(frame: Frame, cells: RatioCells, known: Curves) -> Array:
     """Which cells have motions in the box that no known one dominates."""
     trimmed = _trimmed(frame, cells)
     return (trimmed.least <= trimmed.most) & ~dominated(trimmed, known)
 
 
-def _trimmed(frame: Frame, cells: Cells) -> Curves:
+def _trimmed(frame: Frame, cells: RatioCells) -> Curves:
     """The part of each cell's curve that lies in the box; its least duration is above the greatest if none does."""
     return frame.clipped(frame_curves(cells))
 
 
-def _first(frame: Frame, cells: Cells) -> float:
+def _first(frame: Frame, cells: RatioCells) -> float:
     return float(cells.least.min(initial=np.inf)) if frame.time_at is not None else 0.0
 
 
-def _chosen(frame: Frame, state: State) -> Array:
+def _chosen(frame: Frame, state: SearchState) -> Array:
     """The cells to halve: those at an end of the front first, then the deepest."""
     cells = state.cells
     width = (cells.high - cells.low).max(axis=1, initial=0.0)

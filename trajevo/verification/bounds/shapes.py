@@ -97,7 +97,7 @@ class Times:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Pieces:
+class ShapePieces:
     """Polynomial pieces of motions, each in its own unit of time.
 
     Attributes:
@@ -111,7 +111,7 @@ class Pieces:
     __repr__ = brief
 
 
-class Shape(Protocol):
+class EnclosedShape(Protocol):
     """The pieces of an interpolant as a function of segment times."""
 
     @property
@@ -119,12 +119,12 @@ class Shape(Protocol):
         """Greatest half width of a box, as a logarithm, of which enclosures tell anything."""
         ...
 
-    def __call__(self, times: Times) -> Pieces:
+    def __call__(self, times: Times) -> ShapePieces:
         """The pieces over boxes of segment times."""
         ...
 
 
-def shape_of(interpolant: Interpolant) -> Shape:
+def shape_of(interpolant: Interpolant) -> EnclosedShape:
     """The pieces of an interpolant as a function of enclosed segment times.
 
     Raises:
@@ -168,12 +168,12 @@ class _OddSpline:
         """Enclosures of higher splines tell nothing of wider boxes."""
         return _WIDEST[self.r]
 
-    def __call__(self, times: Times) -> Pieces:
+    def __call__(self, times: Times) -> ShapePieces:
         before, after = self._states(times)
         place = times.known(self.positions).shaped(-1)
         states = joined([joined([place[:-1], after], -1), joined([place[1:], before], -1)], -1)
         rates = stacked([times.product({k: -1.0}) for k in range(times.segments)])
-        return Pieces(states.through(hermite_matrix(self.r)), rates)
+        return ShapePieces(states.through(hermite_matrix(self.r)), rates)
 
     def _states(self, times: Times) -> tuple[Enclosed, Enclosed]:
         """Taylor coefficients 1 to r - 1 at the end and the beginning of each segment, in its own unit of time."""
@@ -230,7 +230,7 @@ class _Quartic:
     hybrid: bool
     widest: float = 0.4
 
-    def __call__(self, times: Times) -> Pieces:
+    def __call__(self, times: Times) -> ShapePieces:
         pieces, rates, last = [], [], times.segments - 1
         for k in range(times.segments):
             rate = times.product({k: -1.0})
@@ -240,7 +240,7 @@ class _Quartic:
             else:
                 pieces += self._quartics(k, times)
                 rates += [rate.times(PIECES)] * PIECES
-        return Pieces(stacked(pieces, -3), stacked(rates))
+        return ShapePieces(stacked(pieces, -3), stacked(rates))
 
     def _reach(self, i: int, k: int, times: Times) -> Enclosed:
         """Rate of the control points of point i in segment k, times the duration of that segment, (B, n_joints)."""
@@ -295,7 +295,7 @@ class _SinglePolynomial:
     positions: Array
     widest: float = 0.06
 
-    def __call__(self, times: Times) -> Pieces:
+    def __call__(self, times: Times) -> ShapePieces:
         p, inverse = self.positions, times.total.to_power(-1.0)
         inner = range(1, len(p) - 1)
         passed = [times.product({0: 1.0})]
@@ -312,7 +312,7 @@ class _SinglePolynomial:
         whole = times.known(base)
         for i in inner:
             whole = whole + self._bump(i, at, left, times, degree)
-        return Pieces(whole.shaped(-3), inverse.shaped(-1))
+        return ShapePieces(whole.shaped(-3), inverse.shaped(-1))
 
     def _bump(self, i: int, at: dict[int, Enclosed], left: dict[int, Enclosed], times: Times, degree: int) -> Enclosed:
         """The multiple of an inner point, (B, n_joints, degree + 1)."""
@@ -333,7 +333,7 @@ class _SinglePolynomial:
         return (missing * scale.shaped(-1)).shaped(-1) * polynomial.shaped(-2)
 
 
-_SHAPES: dict[type[Interpolant], Callable[[Any], Shape]] = {
+_SHAPES: dict[type[Interpolant], Callable[[Any], EnclosedShape]] = {
     HybridQuartic: lambda one: _Quartic(one.points.positions, one.form, True),
     ImprovedQuarticBSpline: lambda one: _Quartic(one.points.positions, one.form, False),
     QuinticSpline: lambda one: _OddSpline(one.points.positions, 3),
