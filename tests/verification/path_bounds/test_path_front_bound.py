@@ -41,7 +41,7 @@ def test_gap_is_the_area_between(front, bound):
 def test_points_are_a_convex_line_below_the_front(front, bound):
     points = bound.points()
     assert (np.diff(points[:, 0]) > 0.0).all()
-    assert (np.diff(points[:, 1]) < 0.0).all()
+    assert (np.diff(points[:, 1]) <= 0.0).all()  # 0 where no weight reaches the end of the box
     slopes = np.diff(points[:, 1]) / np.diff(points[:, 0])
     assert (np.diff(slopes) > 0.0).all()
     np.testing.assert_allclose(bound.jerk_at(points[:, 0]), points[:, 1], rtol=1e-9, atol=1e-12)
