@@ -18,7 +18,7 @@ from trajevo.trajectory.bernstein import gauss
 from trajevo.verification.path_bounds.cells import PathCells
 from trajevo.verification.path_bounds.program import Round, rounds
 from trajevo.verification.path_bounds.relaxation import Relaxation
-from trajevo.verification.path_bounds.rows import EFFORT_NODES, Rows, accelerations, efforts
+from trajevo.verification.path_bounds.rows import EFFORT_NODES, LimitRows, accelerations, efforts
 
 #: Least and greatest number of stations, and the number from which on a coarser program is solved first.
 _FEWEST, _MANY, _COARSE = 10, 5000, 80
@@ -250,12 +250,12 @@ def smooth_jerk(path: GeometricPath) -> float:
     return float(((jerk**2).sum(axis=1) * weights).sum())
 
 
-def _joined(rows: Rows, more: Rows) -> Rows:
+def _joined(rows: LimitRows, more: LimitRows) -> LimitRows:
     def both(name: str, axis: int) -> Array:
         return np.concatenate([getattr(rows, name), getattr(more, name)], axis=axis)
 
     bend, half, rate, held, errors = (both(name, 2) for name in ("bend", "half", "rate", "held", "errors"))
-    return Rows(bend, half, rate, held, errors, both("forward", 0), both("backward", 0))
+    return LimitRows(bend, half, rate, held, errors, both("forward", 0), both("backward", 0))
 
 
 def _weight(value: Any, name: str) -> float:

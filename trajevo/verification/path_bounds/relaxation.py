@@ -18,7 +18,7 @@ from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
 from trajevo.verification.path_bounds.cells import PathCells
 from trajevo.verification.path_bounds.pointwise import least
-from trajevo.verification.path_bounds.rows import Rows
+from trajevo.verification.path_bounds.rows import LimitRows
 
 #: Share of the sum of all magnitudes by which a bound is lowered for rounding.
 ROUNDING = 1e-10
@@ -68,7 +68,7 @@ class Relaxation:
     """
 
     cells: PathCells
-    rows: Rows
+    rows: LimitRows
     velocity: Array
     jerk: Array
     jerk_weight: float

@@ -28,7 +28,7 @@ EFFORT_NODES, _STEP = 12, 1e-30
 
 @final
 @dataclass(frozen=True, eq=False)
-class Rows:
+class LimitRows:
     """R limited quantities at the nodes of C cells, as polynomials of degree below N - 1, and how far these are off.
 
     Attributes:
@@ -56,7 +56,7 @@ class Rows:
         """Number of rows R."""
         return len(self.forward)
 
-    def in_unit(self, time: float, inertial: float) -> Rows:
+    def in_unit(self, time: float, inertial: float) -> LimitRows:
         """The same in another unit of time.
 
         Args:
@@ -64,7 +64,7 @@ class Rows:
             inertial: factor of all values: ``time`` squared for accelerations, 1 for efforts.
         """
         scales = inertial * np.array([time**-2, time**-2, 1.0 / time, 1.0])
-        return Rows(
+        return LimitRows(
             self.bend * scales[0],
             self.half * scales[1],
             self.rate * scales[2],
@@ -75,8 +75,8 @@ class Rows:
         )
 
 
-def accelerations(cells: PathCells, forward: Array, backward: Array) -> Rows:
-    """Rows of the axes' accelerations.
+def accelerations(cells: PathCells, forward: Array, backward: Array) -> LimitRows:
+    """LimitRows of the axes' accelerations.
 
     Args:
         cells: cells of the path.
@@ -86,11 +86,11 @@ def accelerations(cells: PathCells, forward: Array, backward: Array) -> Rows:
     _, slope, bend, _ = cells.slopes
     none = np.zeros_like(slope)
     errors = np.zeros((4, cells.count, cells.path.n_axes))
-    return Rows(slope, 0.5 * bend, none, none, errors, forward, backward)
+    return LimitRows(slope, 0.5 * bend, none, none, errors, forward, backward)
 
 
-def efforts(cells: PathCells, dynamics: Dynamics, forward: Array, backward: Array) -> Rows:
-    """Rows of the joints' efforts, proven: what interpolation leaves is bounded by magnitudes at complex places.
+def efforts(cells: PathCells, dynamics: Dynamics, forward: Array, backward: Array) -> LimitRows:
+    """LimitRows of the joints' efforts, proven: what interpolation leaves is bounded by magnitudes at complex places.
 
     Args:
         cells: cells of the path.
@@ -106,7 +106,7 @@ def efforts(cells: PathCells, dynamics: Dynamics, forward: Array, backward: Arra
     ahead, behind = (np.abs(friction.dry(np.full(cells.path.n_axes, sign))) for sign in (1.0, -1.0))
     dry = np.where(cells.signs > 0.0, ahead, np.where(cells.signs < 0.0, -behind, 0.0))
     errors[3] += np.where(cells.unsure, np.maximum(ahead, behind), 0.0)
-    return Rows(parts[0], parts[1], viscous, parts[2] + dry[:, None], errors, forward, backward)
+    return LimitRows(parts[0], parts[1], viscous, parts[2] + dry[:, None], errors, forward, backward)
 
 
 def _terms(cells: PathCells, smooth: Dynamics) -> tuple[Array, Array, Array]:
