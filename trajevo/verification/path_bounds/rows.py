@@ -76,7 +76,7 @@ class LimitRows:
 
 
 def accelerations(cells: PathCells, forward: Array, backward: Array) -> LimitRows:
-    """LimitRows of the axes' accelerations.
+    """Rows of the axes' accelerations.
 
     Args:
         cells: cells of the path.
@@ -90,7 +90,7 @@ def accelerations(cells: PathCells, forward: Array, backward: Array) -> LimitRow
 
 
 def efforts(cells: PathCells, dynamics: Dynamics, forward: Array, backward: Array) -> LimitRows:
-    """LimitRows of the joints' efforts, proven: what interpolation leaves is bounded by magnitudes at complex places.
+    """Rows of the joints' efforts, proven: what interpolation leaves is bounded by magnitudes at complex places.
 
     Args:
         cells: cells of the path.
