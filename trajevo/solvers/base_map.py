@@ -219,13 +219,13 @@ def _begun(problem: TrajectoryProblem, bases: Array, held: Array, seed: int, sta
 
 def _missed(problem: TrajectoryProblem, bases: Array) -> Array:
     """How far the worst point is missed from bases (N, n_base), shape (N,) [m and rad]."""
-    assert_varied = problem.interpolant
-    if not isinstance(assert_varied, VariedPoints):
+    varied = problem.interpolant
+    if not isinstance(varied, VariedPoints):
         raise InvalidInputError("problem: expected one whose base moves")
     x = np.tile(0.5 * (problem.xl + problem.xu), (len(bases), 1))
     x[:, list(base_columns(problem).values())] = bases
     timing = x if problem.payload_range is None else x[:, :-1]
-    missed: Array = np.sqrt(np.square(assert_varied.arranged(timing).missed).sum(axis=2)).max(axis=1)
+    missed: Array = np.sqrt(np.square(varied.arranged(timing).missed).sum(axis=2)).max(axis=1)
     return missed
 
 
