@@ -43,7 +43,7 @@ def test_solve_writes_front_pictures_and_report(run):
     assert len(Front.load(run / "front.json")) > 0
     names = {file.stem for file in (run / "plots").iterdir()}
     assert names == {"front", "parallel", "hypervolume", "profiles"}
-    assert names == set(FIGURES) - {*PAYLOAD_FIGURES, *VIEWS, "path", "parameter", "rivals"}
+    assert names == set(FIGURES) - {*PAYLOAD_FIGURES, *VIEWS, "path", "parameter", "rivals", "front_bound"}
     for file in (run / "plots").iterdir():
         picture = matplotlib.image.imread(file)[..., :3]
         assert min(picture.shape[:2]) > 300
@@ -244,7 +244,7 @@ def test_odd_names_of_solutions_are_refused(run, solution):
         (["show", "none"], "error: none: no such run"),
         (["report", "file"], "file: is no front of trajevo"),
         (["export", "none"], "error: none: no such run"),
-        (["fly"], "error: trajevo: unknown command 'fly'; known: animate, base-map, bench, capacity"),
+        (["fly"], "error: trajevo: unknown command 'fly'; known: animate, base-map, bench, bound, capacity"),
         (["solve", "pointing", "--payload", "3"], "problem 'pointing' takes no 'payload'; it takes: interpolant"),
         (["solve", "hybrid", "--payload", "11"], "payload: expected 0 to 10 kg, eq. (123), got 11 kg"),
         (["solve", "hybrid", "--payload", "-1"], "payload.mass: expected a number from 0 on [kg], got -1.0"),

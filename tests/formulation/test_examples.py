@@ -14,7 +14,7 @@ TASK = "hybrid_manipulator"
 
 def test_every_example_has_a_name_of_its_own_and_says_in_a_line_what_it_shows():
     examples = list_examples()
-    assert sum(len(list_examples(kind)) for kind in KINDS) == len(examples) == 22
+    assert sum(len(list_examples(kind)) for kind in KINDS) == len(examples) == 23
     assert not set(examples) & set(list_problems())
     for name, example in examples.items():
         assert example.name == name
