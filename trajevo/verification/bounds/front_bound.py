@@ -60,7 +60,7 @@ class FrontBound:
         units: their units.
         corner: far corner of the box, which begins at 0, (n_obj,) [SI].
         powers: powers of the duration, (n_obj,) [1].
-        constants: of K curves, (K, n_obj) [SI times s to minus the power].
+        constants: of K curves, (K, n_obj) [SI, for a duration of 1 s].
         least: least duration on each curve, (K,) [s].
         most: greatest duration on each curve, (K,) [s].
         lower: least value that each objective can have, proven, (n_obj,) [SI].
@@ -145,7 +145,7 @@ class FrontBound:
             F: shape (N, n_obj) [SI]; nothing is known of values outside the box, which are not excluded.
 
         Returns:
-            Shape (N,), truth values. If a motion of this kind has values that are excluded, the bound is wrong.
+            Mask (N,). If a motion of this kind has values that are excluded, the bound is wrong.
         """
         values = numbers(F, name="F", shape=("N", len(self.names)))
         found, time_at = np.zeros(len(values), dtype=bool), self._frame.time_at
