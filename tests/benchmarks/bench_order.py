@@ -21,7 +21,7 @@ from trajevo.solvers.evolutionary.choices import choices_of
 from trajevo.solvers.gradient.batch_sqp import Lockstep
 from trajevo.solvers.gradient.scaling import Columns, Scaled
 
-SEEDS, POPULATION, GENERATIONS, STEPS, MARGIN = 20, 100, 100, 60, 1e-7
+SEEDS, POPULATION, GENERATIONS, ROUNDS, STEPS, MARGIN, SLOWER = 20, 100, 100, 25, 60, 1e-7, 0.02
 
 
 def main() -> None:
@@ -85,16 +85,49 @@ def least_times(problem: TrajectoryProblem, orders: Array) -> Array:
     X[:, choices.columns] = own
     X = np.clip(X * choices.legs(X), problem.xl, problem.xu)
     X[:, choices.columns] = own
+    legs = np.flatnonzero(choices.interpolant.leg_of >= 0)
+    X = paced(problem, X, legs)
+    X[:, legs] *= 1.0 + SLOWER
     F = problem.evaluate(X, return_values_of=["F", "G"])[0]
     scaled = Scaled(problem.in_terms(), Columns.of(F, np.eye(problem.n_obj), F.max(axis=0)), MARGIN)
     y = scaled.inside(X)
     reference = np.full(F.shape, np.inf)
     reference[:, 0] = scaled.values(y)[0][:, 0]
-    run = Lockstep(scaled, y, reference=reference, augmentation=np.full(F.shape, 1e-5), restarts=2)
+    run = Lockstep(
+        scaled,
+        y,
+        reference=reference,
+        augmentation=np.full(F.shape, 1e-5),
+        restarts=2,
+        bold=True,
+        memory=3,
+        stiffest=1.0,
+    )
     run.run(np.full(len(y), STEPS), np.full(len(y), MARGIN), lambda: False)
-    found, excess = problem.evaluate(scaled.outside(run.safe), return_values_of=["F", "G"])
-    times: Array = np.where(excess.max(axis=1) <= 0.0, found[:, 0], np.inf)
+    times = np.full(len(orders), np.inf)
+    for end in (run.y, run.y + SLOWER * (y - run.y), run.safe):
+        found, excess = problem.evaluate(scaled.outside(end), return_values_of=["F", "G"])
+        times = np.where(excess.max(axis=1) <= 0.0, np.minimum(times, found[:, 0]), times)
     return times
+
+
+def paced(problem: TrajectoryProblem, X: Array, legs: Array) -> Array:
+    """The quickest of some motions of each order whose legs take as long as the joints' limits ask for, in turns."""
+    limits, best, times = problem.kept_limits, X.copy(), np.full(len(X), np.inf)
+    for _ in range(ROUNDS):
+        motion = problem.decode(X)
+        shares = [
+            ((motion.segment_peaks(d) / limit).max(axis=2)) ** (1.0 / d)
+            for d, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk), start=1)
+        ]
+        used = np.maximum.reduce(shares)
+        whole = X.copy()
+        whole[:, legs] *= used.max(axis=1, keepdims=True)
+        better = whole[:, legs].sum(axis=1) < times
+        best[better], times[better] = whole[better], whole[better][:, legs].sum(axis=1)
+        X = X.copy()
+        X[:, legs] = np.clip(X[:, legs] * used**0.6, problem.xl[legs], problem.xu[legs])
+    return np.clip(best, problem.xl, problem.xu)
 
 
 if __name__ == "__main__":
