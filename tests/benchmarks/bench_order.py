@@ -43,7 +43,8 @@ def main() -> None:
         found, order, seconds = searched(many, seed)
         times.append(found)
         print(f"14 points, seed {seed}: {found:.6f} s, {order}, {seconds:.1f} s of CPU")
-    print(f"{seeds} seeds: least {min(times):.6f} s, greatest {max(times) / min(times) - 1.0:.2e} above it")
+    if times:
+        print(f"{seeds} seeds: least {min(times):.6f} s, greatest {max(times) / min(times) - 1.0:.2e} above it")
 
 
 def problem_of(count: int) -> TrajectoryProblem:
