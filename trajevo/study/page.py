@@ -46,6 +46,7 @@ def study_page(
     comparisons: Sequence[Comparison] = (),
     pictures: Mapping[str, bytes] | None = None,
     sections: Sequence[str] = (),
+    title: str | None = None,
 ) -> bytes:
     """The page of a study's results.
 
@@ -59,6 +60,7 @@ def study_page(
         comparisons: comparisons of levels to show.
         pictures: caption -> picture as PNG, as many as there is room for.
         sections: HTML that stands before the tables.
+        title: what it is called; by the problem or the task if None.
     """
     cells = _shown(results)
     pack, few = Packed(), _points(results, cells)
@@ -73,7 +75,7 @@ def study_page(
     }
     record, origin = results.record, results.origin
     task = None if record.task is None else record.task.content.get("title")
-    title = f"Study of {record.problem or task or 'a task'}"
+    title = title or f"Study of {record.problem or task or 'a task'}"
     unfinished = f", {results.unfinished} not finished" if results.unfinished else ""
     text = Template(static("page.html")).substitute(
         title=escape(title),

@@ -273,6 +273,7 @@ def test_files_tell_what_was_found(found, tmp_path):
     assert table.loc[3, "stopped_by"] == "reach"
     assert np.isnan(table.loc[3, "least_time [s]"])
     page = files["choice.html"].read_text(encoding="utf-8")
+    assert f"Which robot: {found.title}</h1>" in page
     assert "<h2>Which robot</h2>" in page
     assert "ur10 is never the best" in page
 

@@ -56,7 +56,8 @@ def write_choice(choice: RobotChoice, folder: Path) -> tuple[Path, ...]:
         contents[name] = pictures[f"fronts of all robots: {', '.join(drawn)}"] = _picture(choice, drawn)
     if len(choice) and choice.folder is not None:
         results, page = collect(choice.folder), folder / PAGE_FILE
-        contents[PAGE_FILE] = study_page(results, page, sections=_sections(choice, pictures))
+        title = f"Which robot: {choice.title}"
+        contents[PAGE_FILE] = study_page(results, page, sections=_sections(choice, pictures), title=title)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in contents.items():
