@@ -43,7 +43,7 @@ def test_solve_writes_front_pictures_and_report(run):
     assert len(Front.load(run / "front.json")) > 0
     names = {file.stem for file in (run / "plots").iterdir()}
     assert names == {"front", "parallel", "hypervolume", "profiles"}
-    assert names == set(FIGURES) - {*PAYLOAD_FIGURES, *VIEWS, "path", "parameter", "rivals", "front_bound"}
+    assert names == set(FIGURES) - {*PAYLOAD_FIGURES, *VIEWS, "path", "parameter", "rivals", "front_bound", "base_map"}
     for file in (run / "plots").iterdir():
         picture = matplotlib.image.imread(file)[..., :3]
         assert min(picture.shape[:2]) > 300

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.helpers import refused, without_files
-from trajevo import Front, analyse, optimise
+from trajevo import Front, analyse, base_map, load_task, optimise
 from trajevo.capacity.slowdown import slowdown_curve
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.problem import TrajectoryProblem
@@ -259,3 +259,21 @@ def test_an_interrupted_computation_keeps_what_it_has(kept, tmp_path, monkeypatc
     again = []
     analyse(front, "short", file=file, begin=again.append)
     assert {*again} == {*KINDS["short"]} - {*begun[:-1]} < {*KINDS["short"]}
+
+
+#: What a file keeps of a map; the problem is that of the front.
+KEPT = ("axes", "columns", "rows", "objective", "unit", "least", "missed", "X")
+
+
+def test_a_map_of_bases_belongs_to_a_full_report_of_a_base_that_moves_and_is_kept(tmp_path):
+    problem = load_task("ur5_base").problem
+    front = optimise(problem, **SMALL | {"generations": 2})
+    assert "base_map" in analysed(front)
+    assert "base_map" not in analysed(front, "short")
+    found = base_map(problem, cells=2)
+    write_analyses(tmp_path / "kept.npz", front, {"base_map": found})
+    (read,) = read_analyses(tmp_path / "kept.npz", front).values()
+    assert read.problem is front.problem
+    assert all(same(getattr(read, name), getattr(found, name)) for name in KEPT)
+    assert read.best == found.best
+    assert "base_map" in figures_of(front, {"base_map": read})

@@ -116,6 +116,11 @@ def _sections(choices: Sequence[Solution], found: Mapping[str, Any], pictures: S
     if visits:
         cells = [tuple(map(escape, row)) for row in visits]
         sections += ["<h2>Points as the knee visits them</h2>", table(headers, cells, numbers=3)]
+    if choices[0].base is not None:
+        least = found.get("base_map")
+        lines = [f"The knee stands at {choices[0].base}.", *([] if least is None else [f"Of the map: {least}."])]
+        where = [f"<p>{escape(line)}</p>" for line in lines]
+        sections += ["<h2>Where the robot stands</h2>", *where, drawn.pop("base_map", "")]
     if about_payload or found.get("carried"):
         sections += ["<h2>Payload</h2>", _payload(found.get("carried") or ()), _grid(about_payload)]
     sections += ["<h2>Limits at the knee</h2>", _limits_table(choices[0])]

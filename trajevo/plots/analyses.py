@@ -9,6 +9,7 @@ from typing import Any
 
 from trajevo.capacity.payload_studies import PAYLOAD_STUDIES, Studied
 from trajevo.errors import InvalidInputError, checked_name
+from trajevo.formulation.cell.base_box import BASE_VARIABLE
 from trajevo.front.exchange_rates import exchange_rates_of_all
 from trajevo.front.front import Front
 from trajevo.plots.analyses_file import read_analyses, write_analyses
@@ -22,11 +23,20 @@ def _rivals(of: Studied) -> Any:
     return rivals_of(of.front.problem)
 
 
+def _base_map(of: Studied) -> Any:
+    """Least of the first objective over the places of a base, with its other coordinates as at the knee."""
+    from trajevo.solvers.base_map import base_columns, base_map
+
+    first, second, *_ = base_columns(of.front.problem)
+    return base_map(of.front.problem, axes=(first, second), at=of.knee)
+
+
 #: Analyses by name, in the order in which they are computed.
 ANALYSES: dict[str, Callable[[Studied], Any]] = {
     "certificate": lambda of: certify(of.knee),
     "exchange_rates": lambda of: exchange_rates_of_all(of.front, of.knee.index),
     "rivals": _rivals,
+    "base_map": _base_map,
     **PAYLOAD_STUDIES,
 }
 
@@ -61,7 +71,8 @@ def analysed(front: Front, kind: str = "full") -> tuple[str, ...]:
     limited = problem.robot.gives_effort and bool(problem.robot.limits.sides("effort").limited.any())
     schedule = problem.dynamics.schedule
     limited = limited and (schedule is None or schedule.varied is not None)  # else no payload is asked about
-    suits = {"certificate": True, "exchange_rates": True, "rivals": problem.compares_rivals}
+    plane = sum(variable.name.startswith(BASE_VARIABLE) for variable in problem.variables) > 1
+    suits = {"certificate": True, "exchange_rates": True, "rivals": problem.compares_rivals, "base_map": plane}
     return tuple(name for name in wanted if suits.get(name, limited))
 
 

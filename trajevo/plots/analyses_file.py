@@ -18,6 +18,7 @@ from trajevo.base.files import why_not, write_whole
 from trajevo.base.plain import from_json, read_arrays
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
+from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.front import Front
 from trajevo.front.records import installed_versions
 
@@ -28,6 +29,7 @@ _FORMAT, _VERSION = "trajevo analyses", 3
 _RECORDS = {
     "AllowedRegions": "capacity.payload_diagram",
     "AroundMotion": "capacity.payload_studies",
+    "BaseMap": "solvers.base_map",
     "Capacities": "capacity.capacity",
     "Capacity": "capacity.capacity",
     "Carried": "capacity.payload_studies",
@@ -118,6 +120,8 @@ class _Writer:
             return [self.tree(each) for each in value]
         if isinstance(value, Rollout):  # robot and payload are those of the problem
             return {"rollout": self.tree(value.trajectory)}
+        if isinstance(value, TrajectoryProblem):  # that of the front
+            return {"problem": None}
         if not is_dataclass(value) or type(value).__name__ not in _RECORDS:
             raise TypeError(f"analyses: no record of a file: {type(value).__name__}")
         given = {field.name: self.tree(getattr(value, field.name)) for field in fields(value) if field.init}
@@ -143,6 +147,8 @@ class _Reader:
         if "rollout" in tree:
             problem = self._front.problem
             return Rollout(problem.dynamics, self.value(tree["rollout"]), kept_limits=problem.kept_limits)
+        if "problem" in tree:
+            return self._front.problem
         name = tree["record"]
         record = getattr(importlib.import_module(f"trajevo.{_RECORDS[name]}"), name)
         return record(**{name: self.value(each) for name, each in tree["fields"].items()})

@@ -98,6 +98,7 @@ FIGURES = (
     "parameter",
     "tool_path",
     "visits",
+    "base_map",
     "rivals",
     *PAYLOAD_FIGURES,
 )
@@ -312,6 +313,10 @@ def _drawings(front: Front, analyses: Mapping[str, Any], width: Width | None = N
         if knee.visits is not None:
             caption = "Points by their numbers as the knee visits them, and its posture at each"
             yield "visits", caption, lambda: plots.visits(knee, **as_wide).figure
+    if analyses.get("base_map"):
+        least = analyses["base_map"]
+        caption = f"Least {least.objective} from every place of the base, its other coordinates as at the knee"
+        yield "base_map", caption, lambda: plots.base_map(least, **as_wide).figure
     if along:
         caption, named = "The path's parameter over time", {choice.rule: choice for choice in front.choices()}
         yield "parameter", caption, lambda: plots.parameter(named, **as_wide).figure

@@ -12,7 +12,7 @@ from trajevo.base.arrays import Array, frozen, numbers, one_blas_thread
 from trajevo.base.shown.brief import brief
 from trajevo.base.units import quantity
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.formulation.cell.base_box import COORDINATES
+from trajevo.formulation.cell.base_box import BASE_VARIABLE, COORDINATES
 from trajevo.formulation.cell.varied_points import VariedPoints
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.solution import Solution
@@ -29,9 +29,6 @@ _STEPS, _TOLERANCE, _RESTARTS = 80, 1e-6, 2
 #: Margin by which limits are tightened, as a share, and shares of the way back to the start that are tried in turn for
 #: an end that breaks a limit.
 _MARGIN, _BACK = 1e-7, (0.0, 1e-6, 1e-4, 1e-2, 0.1)
-
-#: Names of the columns of a moving base.
-_BASE = "base "
 
 
 @final
@@ -148,7 +145,7 @@ def base_columns(problem: TrajectoryProblem) -> dict[str, int]:
         InvalidInputError: there are none.
     """
     names = [variable.name for variable in problem.variables]
-    found = {key: names.index(f"{_BASE}{key}") for key in COORDINATES if f"{_BASE}{key}" in names}
+    found = {key: names.index(BASE_VARIABLE + key) for key in COORDINATES if BASE_VARIABLE + key in names}
     if not found or not isinstance(problem.interpolant, VariedPoints):
         raise InvalidInputError(
             f"problem: expected one whose base moves, got {problem.title!r}, whose base stands still"

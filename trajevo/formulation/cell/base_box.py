@@ -16,6 +16,9 @@ from trajevo.errors import InvalidInputError, known_names
 #: Coordinates of a base in their order, and their SI units.
 COORDINATES = {"x": "m", "y": "m", "z": "m", "yaw": "rad"}
 
+#: Beginning of the names of variables that move a base, before the coordinate.
+BASE_VARIABLE = "base "
+
 #: Greatest displacement that is not taken for millimetres [m].
 _MOST = 20.0
 

@@ -18,7 +18,7 @@ from trajevo.base.arrays import Array, frozen, read_only
 from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.cell.arrangement import Arrangement
-from trajevo.formulation.cell.base_box import COORDINATES, BaseBox
+from trajevo.formulation.cell.base_box import BASE_VARIABLE, COORDINATES, BaseBox
 from trajevo.formulation.cell.tracking import PoseTargets, tracked
 from trajevo.path.inverse_kinematics import Pose
 from trajevo.robot.kinematics import ToolKinematics
@@ -89,7 +89,7 @@ class MovingBase(Arrangement):
     def variables(self) -> tuple[Variable, ...]:
         """A displacement for every coordinate that moves."""
         names, ends = list(COORDINATES.items()), (self.box.lower.tolist(), self.box.upper.tolist())
-        return tuple(Variable(f"base {names[k][0]}", names[k][1], ends[0][k], ends[1][k]) for k in self.box.free)
+        return tuple(Variable(BASE_VARIABLE + names[k][0], names[k][1], ends[0][k], ends[1][k]) for k in self.box.free)
 
     @property
     def branches(self) -> Array:
