@@ -69,11 +69,11 @@ def same(one, other):
 
 def test_what_is_kept_comes_back_to_the_bit_and_is_not_computed_again(kept, no_solver, monkeypatch):
     file, analyses_file, computed = kept
-    assert set(computed) == {*ANALYSES}
+    assert set(computed) == {*ANALYSES} - {"base_map"}  # of bases that move
     monkeypatch.setattr(module, "ANALYSES", {})  # nothing to compute with
     read = analyse(Front.load(file), file=analyses_file)
     assert [*read] == [*computed]
-    for name in ANALYSES:
+    for name in computed:
         assert same(read[name], computed[name]), name
     assert read["rivals"][0].rollout.robot.name == "puma560"
 
