@@ -154,20 +154,20 @@ _ALSO_CALLED = {
 }
 
 
-def nearest_names(given: str, valid: Iterable[str], *, most: int = 1) -> list[str]:
+def nearest_names(given: object, valid: Iterable[str], *, most: int = 1) -> list[str]:
     """The valid names that are most like a given one, best first; none if none is similar.
 
     Capitals, spaces, the kind of dash and the dashes of an option do not count.
 
     Args:
-        given: what was written.
+        given: what was written; a key in Python may be no text.
         valid: the names that are allowed.
         most: greatest number of names.
     """
     plain: dict[str, str] = {}
     for name in sorted(valid):
         plain.setdefault(_plain(name), name)
-    asked = _plain(given)
+    asked = _plain(str(given))
     near = [asked] if asked in plain else difflib.get_close_matches(asked, plain, n=most)
     called = _ALSO_CALLED.get(asked)
     if called in plain and called not in near:
@@ -179,7 +179,7 @@ def _plain(name: str) -> str:
     return name.strip().lstrip("-").casefold().replace("-", "_").replace(" ", "_")
 
 
-def known_names(given: str, valid: Iterable[str]) -> str:
+def known_names(given: object, valid: Iterable[str]) -> str:
     """End of a message about an unknown name: the known names, and the nearest if it is similar.
 
     Of a long list only the nearest names are told, if there are any.

@@ -19,6 +19,9 @@ NAMES = ["algorithm", "duration_bounds", "limits", "points", "quintic_spline", "
         ("tcp", ["tool"]),
         ("joint_limits", ["limits"]),
         ("xyzzy", []),
+        (1, []),
+        (None, []),
+        (b"tool", ["tool"]),
     ],
 )
 def test_the_nearest_name_is_found(given, meant):

@@ -1,11 +1,14 @@
 """Every key of a TOML file is found at the line where it stands."""
 
 import tomllib
+from pathlib import Path
+from typing import Annotated
 
+import pydantic
 import pytest
 
 from tests.helpers import refused
-from trajevo.base.toml import key_lines, line_of, read_toml
+from trajevo.base.toml import Places, key_lines, line_of, read_toml, validated
 
 TEXT = """\
 # a = 1
@@ -77,3 +80,27 @@ def test_files_that_are_no_text_are_told(tmp_path):
     refused(lambda: read_toml(tmp_path / "task.toml"), "task.toml: line 2: cannot be read as TOML: is not UTF-8 text")
     refused(lambda: read_toml(tmp_path / "taks.toml"), "taks.toml: no such file; did you mean '.*/task.toml'")
     refused(lambda: read_toml(tmp_path), "expected a regular file, got a folder")
+
+
+class _Table(pydantic.BaseModel):
+    model_config = pydantic.ConfigDict(strict=True)
+
+    numbers: dict[str, Annotated[int, pydantic.Field(ge=0)] | list[Annotated[int, pydantic.Field(ge=0)]]] = {}
+    sizes: Annotated[float, pydantic.Field(gt=0)] | list[float] = 1.0
+    plain: int | list[int] = 1
+    on: bool | list[str] = True
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        ({"numbers": {"5": "11"}}, "^a.toml: numbers.5: expected a whole number, got '11'$"),
+        ({"numbers": {"5": -1}}, "^a.toml: numbers.5: expected a number greater than or equal to 0, got -1$"),
+        ({"numbers": {"5": [-1]}}, "^a.toml: numbers.5.0: expected a number greater than or equal to 0, got -1$"),
+        ({"sizes": -1.0}, "^a.toml: sizes: expected a number greater than 0, got -1.0$"),
+        ({"plain": 1.5}, "^a.toml: plain: expected a whole number, got 1.5$"),
+        ({"on": "perhaps"}, "^a.toml: on: .*, got 'perhaps'$"),
+    ],
+)
+def test_places_have_the_keys_of_the_file_and_no_kind_of_value(content, says):
+    refused(lambda: validated(_Table, content, Places(Path("a.toml"), {})), says)

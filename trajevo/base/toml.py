@@ -73,7 +73,10 @@ def _opened(text: str) -> int:
 _OTHER_KIND = ("float_type", "list_type", "dict_type", "string_type", "model_type", "tuple_type")
 
 #: Members of unions, which pydantic adds to the place of an error, besides classes whose names end in Keys.
-_MEMBERS = ("float", "str", "list", "dict", "MovingSettings", "RobotOffer")
+_MEMBERS = ("float", "int", "bool", "str", "list", "dict", "MovingSettings", "RobotOffer")
+
+#: How the names of other members begin: classes that are not public, and numbers or text with a bound.
+_OF_MEMBERS = ("_", "constrained-")
 
 #: How the parser ends its messages.
 _AT = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
@@ -254,7 +257,7 @@ class Places:
             beside: keys that are allowed at the top of the file besides those of the model.
         """
         # pydantic adds the names of a union's members to the place; only keys of the file are kept.
-        place = tuple(p for p in error["loc"] if isinstance(p, int) or not (p.startswith("_") or "[" in p))
+        place = tuple(p for p in error["loc"] if isinstance(p, int) or not (p.startswith(_OF_MEMBERS) or "[" in p))
         place = tuple(p for p in place if p not in _MEMBERS and not str(p).endswith("Keys"))
         said = problem_of(error)
         if error["type"] == "extra_forbidden":
