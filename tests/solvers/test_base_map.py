@@ -6,7 +6,7 @@ import pytest
 from trajevo import base_map, load_problem, load_task, minimise_weighted, optimise, plots
 from trajevo.errors import TrajevoError
 from trajevo.formulation.problem import Weights
-from trajevo.solvers.base_map import base_columns, least_from
+from trajevo.solvers.base_map import _spaced, base_columns, least_from
 
 DOWN = [np.pi, 0.0, 0.0]
 POSES = [
@@ -118,6 +118,7 @@ def test_the_picture_has_a_colour_for_every_time_and_marks_places(found):
         ({"axes": ("x", "x")}, "axes: expected two coordinates of the base"),
         ({"axes": "xy"}, "axes: expected two coordinates of the base"),
         ({"cells": 1}, "cells: expected a whole number from 2 on, got 1"),
+        ({"cells": 10**9}, "cells: expected at most 200 along each axis, got 1000000000"),
         ({"objective": "tome"}, "unknown objective 'tome'"),
         ({"at": {"yaw": 1.0}}, "unknown coordinate that moves 'yaw'"),
         ({"at": {"x": 5.0}}, "at: x: expected -0.9 to 0.1 m"),
@@ -133,3 +134,20 @@ def test_what_cannot_be_mapped_is_refused(found, change, said):
 def test_a_base_that_stands_still_has_no_map():
     with pytest.raises(TrajevoError, match="expected one whose base moves"):
         base_map(problem(base=None), cells=2)
+
+
+@pytest.mark.parametrize("given", [3, None, "run"])
+def test_what_is_no_problem_and_no_map_is_told_by_its_kind(given):
+    kind = type(given).__name__
+    with pytest.raises(TrajevoError, match=f"^problem: expected one whose base moves, got {kind}$"):
+        base_map(given)
+    with pytest.raises(TrajevoError, match=f"^found: expected a map, as .* gives it, got {kind}$"):
+        plots.base_map(given)
+
+
+@pytest.mark.parametrize("cells", range(3, 40, 4))
+def test_the_given_place_is_0_where_the_places_hit_it(cells):
+    places = _spaced(-0.45, 0.15, cells)
+    np.testing.assert_allclose(places, np.linspace(-0.45, 0.15, cells), rtol=0.0, atol=1e-15)
+    assert ((places == 0.0) | (np.abs(places) > 1e-3)).all()
+    assert (0.0 in places) == ((cells - 1) % 4 == 0)

@@ -30,6 +30,9 @@ _STEPS, _TOLERANCE, _RESTARTS = 80, 1e-6, 2
 #: an end that breaks a limit.
 _MARGIN, _BACK = 1e-7, (0.0, 1e-6, 1e-4, 1e-2, 0.1)
 
+#: Greatest number of places along each axis: each is a search of its own, all of them in one batch.
+_MOST_CELLS = 200
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -106,7 +109,7 @@ def base_map(
 
     Raises:
         UnknownNameError: no such objective, or a coordinate that does not move.
-        InvalidInputError: the base of the problem does not move, or fewer than two cells.
+        InvalidInputError: the base of the problem does not move, fewer than two cells, or too many.
     """
     columns = base_columns(problem)
     if isinstance(axes, str) or len(axes) != 2 or axes[0] == axes[1]:
@@ -114,9 +117,11 @@ def base_map(
     first, second = (columns[checked_name("coordinate that moves", axis, columns)] for axis in axes)
     if not isinstance(cells, int | np.integer) or isinstance(cells, bool) or cells < 2:
         raise InvalidInputError(f"cells: expected a whole number from 2 on, got {cells!r}")
+    if cells > _MOST_CELLS:
+        raise InvalidInputError(f"cells: expected at most {_MOST_CELLS} along each axis, got {cells}")
     name = problem.objective_names[0] if objective is None else objective
     chosen = list(problem.objective_names).index(checked_name("objective", name, problem.objective_names))
-    across, up = (np.linspace(problem.xl[k], problem.xu[k], cells) for k in (first, second))
+    across, up = (_spaced(float(problem.xl[k]), float(problem.xu[k]), cells) for k in (first, second))
     places = np.empty((cells, cells, len(columns)))
     places[:] = _elsewhere(problem, columns, at)
     order = list(columns.values())
@@ -138,12 +143,21 @@ def base_map(
     )
 
 
+def _spaced(low: float, high: float, count: int) -> Array:
+    """Places evenly spaced over a range, shape (count,); the given place is 0, not what rounding leaves of it."""
+    found = np.linspace(low, high, count)
+    found[np.abs(found) < 1e-12 * (high - low)] = 0.0
+    return found
+
+
 def base_columns(problem: TrajectoryProblem) -> dict[str, int]:
     """Numbers of the decision variables that move the base, by coordinate.
 
     Raises:
         InvalidInputError: there are none.
     """
+    if not isinstance(problem, TrajectoryProblem):
+        raise InvalidInputError(f"problem: expected one whose base moves, got {type(problem).__name__}")
     names = [variable.name for variable in problem.variables]
     found = {key: names.index(BASE_VARIABLE + key) for key in COORDINATES if BASE_VARIABLE + key in names}
     if not found or not isinstance(problem.interpolant, VariedPoints):

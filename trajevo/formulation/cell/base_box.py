@@ -66,7 +66,15 @@ class BaseBox:
                     f"base.moving.{key}: expected at most a whole turn, 2π rad, got {widest:g} rad{if_degrees(widest)}"
                 )
         if not (self.lower < self.upper).any():
-            raise InvalidInputError("base.moving: expected a range that is wider than a point, got none")
+            raise InvalidInputError(
+                "base.moving: expected a range that is wider than a point for at least one of "
+                f"{', '.join(COORDINATES)}, got {self._told()}"
+            )
+
+    def _told(self) -> str:
+        """The places of a box that is one point, as ``x = 0.1 m``; those that are 0 are left out."""
+        ends = zip(COORDINATES.items(), self.lower.tolist(), strict=True)
+        return ", ".join(f"{key} = {end:g} {unit} alone" for (key, unit), end in ends if end) or "0 for all of them"
 
     @property
     def free(self) -> tuple[int, ...]:

@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from trajevo.base.arrays import Array
 from trajevo.base.units import display, pretty
+from trajevo.errors import InvalidInputError
 from trajevo.formulation.cell.base_box import COORDINATES
 from trajevo.formulation.cell.varied_points import VariedPoints
 from trajevo.plots.paper import Width, key, panel, scale_beside, sequence
@@ -34,7 +35,12 @@ def base_map(found: BaseMap, *, ax: Axes | None = None, width: Width = "column")
         found: the least values.
         ax: axes.
         width: ``"column"``, ``"page"`` or millimetres.
+
+    Raises:
+        InvalidInputError: what is given is no map.
     """
+    if not isinstance(found, BaseMap):
+        raise InvalidInputError(f"found: expected a map, as trajevo.base_map gives it, got {type(found).__name__}")
     places = [_shown(found, k) for k in range(2)]
     sides = [_edges(values) for values, _, _ in places]
     plain: dict[str, Any] = {"facecolor": "0.85", "linewidth": 0.0}
