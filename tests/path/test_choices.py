@@ -247,6 +247,12 @@ def test_many_points_are_ordered_by_local_search():
         ("free", 3, "at least 2 points between the ends, got 1"),
         ([1, 2], 4, "order: expected 'free', or a table"),
         ({"free": [[1, 2], 3]}, 5, "got both"),
+        (
+            {"free": [1, 2, 3], "after": {1: [2], "1": [3]}},
+            5,
+            "order: after: expected every point once, got point 1 twice",
+        ),
+        ({"free": [1, 2, 3], "after": {"1": [2], "01": [3]}}, 5, "expected every point once, got point 1 twice"),
         ({"free": [1, 2], "after": [1]}, 4, "order: after: expected a table"),
     ],
 )

@@ -231,11 +231,13 @@ def _after(given: Any, count: int) -> dict[int, tuple[int, ...]]:
         return {}
     if not isinstance(given, Mapping):
         raise InvalidInputError(f"order: after: expected a table of points, as {{ 4 = [2] }}, got {given!r}")
-    found = {}
+    found: dict[int, tuple[int, ...]] = {}
     for key, firsts in given.items():
         # Keys of TOML and JSON are text.
         number = int(key) if isinstance(key, str) and key.isdecimal() else key
         then = _point(number, count, "after")
+        if then in found:  # 1 and "1", or 1 and 01
+            raise InvalidInputError(f"order: after: expected every point once, got point {then} twice")
         listed = firsts if _is_list(firsts) else [firsts]
         found[then] = tuple(sorted({_point(first, count, "after") for first in listed}))
     return {then: firsts for then, firsts in sorted(found.items()) if firsts}
