@@ -48,6 +48,7 @@ def test_three_objectives_are_drawn_in_space_and_given_axes_are_used(choice):
 
 
 def test_what_cannot_be_drawn_is_refused(choice):
+    refused(lambda: plots.robot_fronts("which_robot"), "^choice: expected robots that were compared, .*, got str$")
     refused(lambda: plots.robot_fronts(choice, objectives=("time",)), "objectives: expected two or three of time, jerk")
     refused(lambda: plots.robot_fronts(choice, objectives=("time", "tme")), "unknown objective 'tme'")
     choice.robots = choice.robots[2:3]

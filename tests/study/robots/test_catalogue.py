@@ -100,6 +100,17 @@ MISTAKES = {
     ),
     "a negative price": (task(robots=[UR5 | {"price": -3.0}]), "ur5: price: expected an amount"),
     "a mass in metres": (task(robots=[UR5 | {"mass": "3 m"}]), "ur5: mass: .*kg"),
+    "a reach in millimetres": (
+        task(robots=[UR5 | {"reach": 850}]),
+        "ur5: reach: 850 m looks like mm: expected at most 20 m, 0.85 if it is mm",
+    ),
+    "a mass in grams": (task(robots=[UR5 | {"mass": 18400}]), "ur5: mass: 18400 kg looks like g: .*, 18.4 if it is g"),
+    "an objective of nothing": (
+        task(objectives=["time", "prices"]),
+        "unknown objective 'prices'; did you mean 'price'",
+    ),
+    "an objective of motions": (task(objectives=["enregy"]), "unknown objective 'enregy'; did you mean 'energy'"),
+    "no text": (task(robots=""), "robots: expected a list of robots, or a folder with catalogue.toml, got ''"),
     "no mass at all": (task(robots=[UR5 | {"mass": 0.0}]), r"ur5: mass: expected a positive number \[kg\], got 0"),
     "a price of some": (
         task(robots=[UR5, {"name": "xarm7"}]),

@@ -16,6 +16,7 @@ from trajevo.cli.results import NO_SOLUTION
 from trajevo.cli.screen.tables import Listing
 from trajevo.cli.search_options import search_options
 from trajevo.cli.study import engine_of
+from trajevo.errors import InvalidInputError
 from trajevo.formulation.examples import example_file
 from trajevo.study.engines import START_METHODS
 from trajevo.study.robots.ability import abilities
@@ -94,6 +95,11 @@ def _robots(given: str | None) -> Any:
     """A list of names with commas between them, or the path of a catalogue."""
     if given is None:
         return None
+    if not given.replace(",", "").strip():
+        raise InvalidInputError(
+            "--robots: expected names and files of robots with commas between them, or the folder of a catalogue, got "
+            f"{given!r}; known robots: trajevo list robots"
+        )
     place = Path(given)
     if given.endswith("/") or place.suffix == ".toml" or (place.is_dir() and not (place / "robot.toml").is_file()):
         return given

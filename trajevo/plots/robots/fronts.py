@@ -62,6 +62,11 @@ def robot_fronts(
         UnknownNameError: no such objective.
         InvalidInputError: another number of objectives, or no robot that can do the task.
     """
+    if not hasattr(choice, "robots"):
+        raise InvalidInputError(
+            "choice: expected robots that were compared, as trajevo.choose_robot gives them, got "
+            f"{type(choice).__name__}"
+        )
     names = list(choice.objective_names[:3] if objectives is None else objectives)
     if len(names) not in (2, 3) or len(set(names)) != len(names):
         raise InvalidInputError(

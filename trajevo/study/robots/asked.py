@@ -10,8 +10,9 @@ from typing import Any, final
 from trajevo.base.plain import plain_data
 from trajevo.base.shown.brief import brief
 from trajevo.base.toml import Places, read_toml, validated
-from trajevo.errors import InvalidInputError, TrajevoError
+from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.formulation.examples import example_file
+from trajevo.formulation.objectives import NAMED_OBJECTIVES, UNUSED_PAYLOAD
 from trajevo.formulation.task_file import TaskSettings, task_model
 from trajevo.path.tables import read_table
 from trajevo.study.definition import in_json
@@ -84,6 +85,7 @@ def asked_of(task: str | Path | Mapping[str, Any], robots: Any = None) -> RobotT
         raise InvalidInputError(f"task: expected a file, a name or the keys of a task, got {type(task).__name__}")
     settings = validated(task_model(), content, places)
     folder = places.file.resolve().parent
+    _check_objectives(settings.objectives, places)
     _check_shared(settings, folder, places)
     candidates = _candidates(settings, robots, folder, places)
     _check_told(settings.objectives, candidates, places)
@@ -126,6 +128,14 @@ def _of_motions(content: Mapping[str, Any], settings: TaskSettings, places: Plac
     if corner is not None and len(corner) == len(settings.objectives):
         kept["reference_point"] = [corner[k] for k in columns]
     return kept
+
+
+def _check_objectives(objectives: Sequence[str], places: Places) -> None:
+    """Refuse an objective that neither motions nor robots have, before any robot is loaded."""
+    with places.at("objectives"):
+        for name in objectives:
+            if name not in OF_ROBOTS and ":" not in name:  # a function of the user's is file:function
+                checked_name("objective", name, [*NAMED_OBJECTIVES.names(), UNUSED_PAYLOAD, *OF_ROBOTS])
 
 
 def _check_told(objectives: Sequence[str], candidates: Sequence[Candidate], places: Places) -> None:

@@ -30,6 +30,9 @@ _OF_OFFERS = ("name", "path", "price", "mass", "reach")
 #: An amount of money: a number, and the currency after it.
 _PRICE = re.compile(r"\s*(\d+(?:\.\d+)?)\s*([^\d\s.,].{0,11}?)\s*")
 
+#: Greatest reach and mass of an arm, and the unit in which greater ones were probably meant.
+_MOST = {"m": (20.0, "mm"), "kg": (10_000.0, "g")}
+
 #: What a price is expected to be.
 _A_PRICE = 'expected an amount and its currency, such as "24000 EUR"'
 
@@ -112,6 +115,8 @@ def _plain(one: Any) -> Any:
 
 
 def _catalogue(given: str | Path, folder: Path) -> list[Candidate]:
+    if not str(given).strip():  # the path of no text is that of the folder itself
+        raise InvalidInputError(f"robots: expected a list of robots, or a folder with {CATALOGUE_FILE}, got {given!r}")
     place = folder / given
     file = place / CATALOGUE_FILE if place.is_dir() else place
     if file.is_file() and file.suffix == ".toml":
@@ -201,6 +206,12 @@ def _amount(given: float | str | None, unit: str, name: str) -> float | None:
     value = quantity(given, unit, name=name) if isinstance(given, str) else float(given)
     if not math.isfinite(value) or value <= 0.0:
         raise InvalidInputError(f"{name}: expected a positive number [{unit}], got {given!r}")
+    most, small = _MOST[unit]
+    if value > most:
+        raise InvalidInputError(
+            f"{name}: {value:g} {unit} looks like {small}: expected at most {most:g} {unit}, {1e-3 * value:g} if it is "
+            f"{small}"
+        )
     return value
 
 
