@@ -113,4 +113,8 @@ def test_a_run_tells_where_the_base_is_wherever_it_goes(task, tmp_path):
     ends = knee.trajectory.evaluate(np.array([[0.0, knee.trajectory.duration[0]]]))[0]
     np.testing.assert_allclose(robot.tool_poses(ends)[0], [[0.29, -0.25, 0.12], [0.39, 0.30, 0.12]], atol=1e-7)
     assert "moved by" in _choices_table([knee])
+    shown = trajevo("show", run)
+    assert shown.returncode == 0, shown.stderr
+    assert " base " in shown.stdout.splitlines()[2]
+    assert f"x {knee.base.position[0]:.4g} m" in shown.stdout
     assert load_task(task).problem.settings["base"] == {"moving": {"x": [-0.2, 0.1], "y": [-0.1, 0.1]}}

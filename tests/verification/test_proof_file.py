@@ -18,6 +18,7 @@ from jsonschema import Draft202012Validator
 
 from tests.helpers import UNDRAWN, mostly_long, refused, trajevo
 from trajevo import ViaPointProblem, ViaPoints, analyse, certify, load_robot, optimise
+from trajevo.cli.proof.command import print_proof
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.exporters.samples import proof_schema
@@ -459,6 +460,12 @@ def test_broken_files_are_refused(robots, kind, tmp_path):
     text = certify(moving(robots["ur5"], 3)).write_proof(tmp_path / "motion.json").read_text()
     with pytest.raises(BadFileError):
         check(BROKEN[kind](text).encode())
+
+
+@pytest.mark.parametrize("content", [b"", b"{]", b"\xff\x00"])
+def test_what_is_no_json_is_told_in_plain_words(content, tmp_path):
+    (tmp_path / "a.json").write_bytes(content)
+    refused(lambda: print_proof(None, tmp_path / "a.json"), "a.json: not a valid proof file: cannot be read as JSON: ")
 
 
 VALUES = (None, True, "text", "0x1.8p+2000", "nan", [], {}, -1, 1e308, 10**400, [[1.0]], "1.5")

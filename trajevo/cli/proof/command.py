@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +14,9 @@ from trajevo.errors import InvalidInputError, no_such_file
 from trajevo.verification.check_proof import BadFileError, check
 
 _out = Terminal()
+
+#: How the checking program, which is kept short, begins what Python says of content that is no JSON.
+_NO_JSON = re.compile(r"^(JSONDecodeError|UnicodeDecodeError): ")
 
 #: How verdicts are told.
 _TOLD = {True: "proven", False: "NOT PROVEN", None: "not checked"}
@@ -37,7 +41,8 @@ def print_proof(out: Terminal, file: Path) -> bool:
     try:
         rows = check(read_bytes(file))
     except BadFileError as error:
-        raise InvalidInputError(f"{file}: not a valid proof file: {error}") from error
+        said = _NO_JSON.sub("cannot be read as JSON: ", str(error))
+        raise InvalidInputError(f"{file}: not a valid proof file: {said}") from error
     except OSError as error:
         raise InvalidInputError(f"{file}: cannot be read: {why_not(error)}") from error
     for name, proven, why in rows:

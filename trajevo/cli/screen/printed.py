@@ -22,6 +22,7 @@ from trajevo.formulation.constraints.motion_limits import via_errors
 from trajevo.formulation.objectives import NAMED_OBJECTIVES
 from trajevo.formulation.registry import list_problems, problem_class
 from trajevo.front.front import Front, Solution
+from trajevo.front.notebook import told_base
 from trajevo.page.facts import known_values, objective_headers, run_facts, visit_rows
 from trajevo.robot.joints import position_unit
 from trajevo.robot.locate import list_example_robots, list_robots
@@ -142,7 +143,7 @@ def _print_recorded(out: Console, choices: Sequence[Solution], F: Array, headers
 def _print_choices(
     out: Console, front: Front, choices: Sequence[Solution], headers: Sequence[tuple[str, float]]
 ) -> None:
-    """Print objectives, via errors and the closest limits of solutions, each only where it tells them apart."""
+    """Print objectives, bases, orders, via errors and closest limits of solutions, each where it tells them apart."""
     rows = [one.index for one in choices]
     missed = via_errors(front.problem.interpolant, front.problem.decode(front.X[rows])).max(axis=2)
     passed = [f"via error [{position_unit(front.problem.robot)}]"] if missed.any() else []
@@ -150,13 +151,16 @@ def _print_choices(
     alike = _alike(shares)
     header, closest = _closest([{name: one[name] for name in one if name not in alike} for one in shares])
     told = [header.format("closest other limit" if alike else "closest limit")] if header else []
+    bases = [told_base(one) for one in choices]
+    based = ["base"] if any(bases) else []
     ordered = ["order"] if any(one.order is not None for one in choices) else []
-    table = Listing("solution", *(header for header, _ in headers), *ordered, *passed, *told)
+    table = Listing("solution", *(header for header, _ in headers), *based, *ordered, *passed, *told)
     values = known_values(front, rows, [factor for _, factor in headers])
     for k, solution in enumerate(choices):
         errors = [f"{missed[k].max():.3g}"] if passed else []
         order = [] if not ordered or solution.visits is None else [solution.visits.told_order]
-        table.add(solution.rule, *values[k], *order, *errors, *([closest[k]] if told else []))
+        base = [bases[k]] if based else []
+        table.add(solution.rule, *values[k], *base, *order, *errors, *([closest[k]] if told else []))
     out.print(table)
     titles, rows_of_visits = visit_rows(choices[0])
     if rows_of_visits:
