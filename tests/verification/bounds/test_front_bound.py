@@ -120,6 +120,7 @@ def test_what_cannot_be_bounded_is_refused_with_its_name(made, said):
 
 
 def test_arguments_out_of_range_are_refused(front):
+    refused(lambda: bound_front("run"), "^front: expected a front, as trajevo.optimise gives it .*, got str$")
     refused(lambda: bound_front(front, gap=2), "gap: expected a number from 0.0001 to 1, got 2")
     refused(lambda: bound_front(front, cpu_time="long"), "cpu_time: expected a number from 0 to inf, got 'long'")
     refused(lambda: bound_front(front, corner=[0.0, 1.0]), r"corner: expected positive numbers, got \[0.0, 1.0\]")

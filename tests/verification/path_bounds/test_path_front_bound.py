@@ -63,6 +63,8 @@ def test_command_and_picture(front, bound, tmp_path):
 
 
 def test_bad_input(front):
+    with pytest.raises(InvalidInputError, match="^front: expected a front, as trajevo.optimise gives it .*, got str$"):
+        path_front_bound("run")
     with pytest.raises(InvalidInputError, match="weights: expected a whole number from 1 to 200, got 0"):
         path_front_bound(front, weights=0)
     other = optimise(PointingMechanism(), generations=2, population=12, polish=False, seed=1)

@@ -200,6 +200,10 @@ def bound_front(
         InvalidInputError: an objective, an interpolant or a variable of which no bounds are known, or arguments out of
             range.
     """
+    if not isinstance(front, Front):
+        raise InvalidInputError(
+            f"front: expected a front, as trajevo.optimise gives it or Front.load reads it, got {type(front).__name__}"
+        )
     if not len(front):
         raise NoSolutionError(f"the front is empty: {front.blocking or 'none of its rows was taken'}")
     _checked("gap", gap, *_GAPS)

@@ -114,6 +114,10 @@ def path_front_bound(front: Front, *, weights: int = _WEIGHTS, stations: int = 1
     """
     if isinstance(weights, bool) or not isinstance(weights, int) or not 1 <= weights <= _MOST_WEIGHTS:
         raise InvalidInputError(f"weights: expected a whole number from 1 to {_MOST_WEIGHTS}, got {weights!r}")
+    if not isinstance(front, Front):
+        raise InvalidInputError(
+            f"front: expected a front, as trajevo.optimise gives it or Front.load reads it, got {type(front).__name__}"
+        )
     problem = front.problem
     question = PathQuestion.of(problem)
     if tuple(front.objective_names) != _OBJECTIVES:
