@@ -45,12 +45,12 @@ class BasePlacement:
         return {"position": list(self.position), "rpy": list(self.rpy)}
 
     def __str__(self) -> str:
-        places = ", ".join(f"{axis} {_round(value):.4g} m" for axis, value in zip("xyz", self.position, strict=True))
+        places = ", ".join(f"{axis} {_told(value)} m" for axis, value in zip("xyz", self.position, strict=True))
         turned = f", yaw {np.degrees(self.rpy[2]):.4g} deg" if self.rpy[2] or self.yaw else ""
-        away = ", ".join(f"{_round(value):+.4g}" for value in self.moved)
+        away = ", ".join(_told(value, "+") for value in self.moved)
         return f"{places}{turned} (moved by {away} m{f', {np.degrees(self.yaw):+.4g} deg' if self.yaw else ''})"
 
 
-def _round(value: float) -> float:
-    """A length without what rounding leaves of nothing [m]; + 0.0 takes the sign of -0.0."""
-    return round(value, 9) + 0.0
+def _told(value: float, sign: str = "") -> str:
+    """A length [m] to 4 digits; what is below a nanometre is 0."""
+    return format(round(value, 9) + 0.0, f"{sign}.4g")
