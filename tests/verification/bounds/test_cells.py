@@ -44,6 +44,27 @@ def test_no_random_motion_of_a_cell_is_below_its_bounds(interpolant, width):
         assert (most <= fine.most).all()
 
 
+def test_no_random_quintic_spline_is_below_the_bounds_of_cells_of_any_shape():
+    asked, rng = question("quintic_spline"), np.random.default_rng(11)
+    middle = rng.uniform(-1.2, 1.2, (400, 2))
+    half = rng.choice([0.002, 0.02, 0.06, 0.1], (400, 1)) * rng.uniform(0.2, 1.0, (400, 2))
+    cells = fine_cells(asked, coarse_cells(asked, middle - half, middle + half))
+    for _ in range(5):
+        constants, least, most, _ = asked.at_points(middle + rng.uniform(-half, half))
+        assert (constants >= cells.constants).all()
+        assert (least >= cells.least).all()
+        assert (most <= cells.most).all()
+
+
+def test_bounds_of_quintic_splines_are_near_the_least_of_cells_that_are_not_narrow():
+    asked, rng = question("quintic_spline"), np.random.default_rng(12)
+    middle = rng.uniform(-0.5, 0.5, (60, 2))
+    cells = fine_cells(asked, coarse_cells(asked, middle - 0.03, middle + 0.03))
+    corners = [asked.at_points(middle + 0.03 * np.array([i, j]))[0] for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    shares = cells.constants / np.min(corners, axis=0)
+    assert np.median(shares[:, : ALL.index("square_jerk") + 1], axis=0).min() > 0.95
+
+
 @pytest.mark.parametrize("interpolant", ["hybrid", "quintic_spline", "polynomial"])
 def test_bounds_of_narrow_cells_are_near_the_truth(interpolant):
     asked, middle = question(interpolant), np.random.default_rng(8).uniform(-0.5, 0.5, (60, 2))

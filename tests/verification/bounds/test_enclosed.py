@@ -12,7 +12,8 @@ from trajevo.trajectory.interpolants import (
     SinglePolynomial,
 )
 from trajevo.verification.bounds.enclosed import Enclosed, solved, stacked
-from trajevo.verification.bounds.shapes import Times, shape_of
+from trajevo.verification.bounds.pieces import Times
+from trajevo.verification.bounds.shapes import shape_of
 
 KINDS = {
     "smooth": lambda points: HybridQuartic(points, form="smooth", duration_bounds=(1.0, 9.0)),

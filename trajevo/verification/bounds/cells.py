@@ -11,8 +11,8 @@ import numpy as np
 from trajevo.base.arrays import Array, frozen
 from trajevo.base.shown.brief import brief
 from trajevo.verification.bounds.enclosed import Enclosed
+from trajevo.verification.bounds.pieces import ShapePieces, Times
 from trajevo.verification.bounds.question import MARGIN, Question
-from trajevo.verification.bounds.shapes import ShapePieces, Times
 
 #: Instants of each piece between which its peaks are looked for; where a peak is need not be known exactly.
 _LOOKED = 17
@@ -161,7 +161,7 @@ def fine_cells(question: Question, cells: RatioCells) -> RatioCells:
 
 def _enclosed(question: Question, low: Array, high: Array) -> tuple[Array, Array, Array, Array]:
     """Bounds of constants (B, n_obj) and durations (B,), NaN where unknown; where to split, or -1; what is outside."""
-    times = Times(low, high)
+    times = Times(low, high, degree=question.shape.degree)
     pieces, total = question.shape(times), times.total
     influence = np.zeros_like(low)
     constants = np.ones((len(low), len(question.objectives)))
@@ -177,15 +177,19 @@ def _enclosed(question: Question, low: Array, high: Array) -> tuple[Array, Array
             energies[one.derivative] = _energies(pieces, one.derivative, question)
         energy = energies[one.derivative]
         scale = total.to_power(2.0 * one.derivative - 1.0)
+        size = np.sqrt(np.maximum((energy * scale.shaped(-1)).low, 0.0))
+        lost = _lost(pieces, one.derivative, size, question)
         if one.form == "rms":
             whole = energy.to_power(0.5).summed() * total.to_power(one.derivative - 0.5)
-            alone = np.sqrt(np.maximum((energy * scale.shaped(-1)).low, 0.0)).sum(axis=1)
-            found = np.fmax(whole.low, alone)
+            found = np.fmax(
+                np.fmax(whole.low, _by_chords(energy * scale.shaped(-1))) - lost.sum(axis=1), (size - lost).sum(axis=1)
+            )
         else:
             whole = energy.summed() * scale
-            found = whole.low
+            alone = ((size - lost) ** 2).sum(axis=1)
+            found = alone if pieces.apart is not None else np.fmax(whole.low, alone)
         constants[:, k] = found * (1.0 - MARGIN)
-        influence += _influence(whole)
+        influence += whole.influence
     least = np.full(len(low), np.nan)
     for order, limit in question.limits.items():
         if np.isfinite(limit).any():
@@ -196,25 +200,47 @@ def _enclosed(question: Question, low: Array, high: Array) -> tuple[Array, Array
     return constants, least, split, out
 
 
+def _by_chords(squares: Any) -> Array:
+    """Bound of the sum of roots from below: a root is above its chord, which keeps what squares have in common."""
+    middle, radius = squares.over_box
+    low, high = np.maximum(squares.low, 0.0), middle + radius
+    ends = np.sqrt(low), np.sqrt(high)
+    steep = 1.0 / (ends[0] + ends[1])
+    return np.asarray((squares.weighed(steep).low + (ends[0] - low * steep).sum(axis=1)) * (1.0 - 1e-13))
+
+
+def _lost(pieces: ShapePieces, order: int, size: Array, question: Question) -> Array:
+    """By how much the root mean square of a derivative can be below that of the pieces, at most that, (B, J)."""
+    if pieces.apart is None:
+        return np.zeros_like(size)
+    moving = np.flatnonzero(np.ptp(question.positions, axis=0) > 0.0)
+    apart = pieces.apart.rms_of(order)[:, moving]
+    if order == pieces.apart.order:  # the spline has the least of all: squares differ by that of the difference
+        apart = apart**2 / np.maximum(size + np.sqrt(np.maximum(size**2 - apart**2, 0.0)), 1e-300)
+    return np.asarray(np.fmin(np.where(np.isfinite(apart), apart, np.inf), size))
+
+
 def _energies(pieces: ShapePieces, order: int, question: Question) -> Enclosed:
     """∫ of the squared derivative of every joint that moves, (B, J), in the shape's unit of time."""
     moving = np.flatnonzero(np.ptp(question.positions, axis=0) > 0.0)
-    coefficients = pieces.coefficients[:, moving]
-    values = coefficients.through(_quadrature(coefficients.middle.shape[-1] - 1, order))
+    values = pieces.through(_quadrature(pieces.coefficients.middle.shape[-1] - 1, order))[:, moving]
     square = (values * values).summed()
     rates = pieces.rates.to_power(2.0 * order - 1.0).shaped(-1)
     whole = square * rates
-    swapped = Enclosed(np.swapaxes(whole.middle, -1, -2), np.swapaxes(whole.radius, -1, -2), whole.reach)
-    return swapped.summed()
+    return whole.swapped().summed()
 
 
 def _peaks(pieces: ShapePieces, total: Enclosed, order: int, known: dict[int, Enclosed]) -> Enclosed:
     """The derivative at one instant of every piece, near its peak at the middle of the cell, (B, S, n_joints)."""
     if order not in known:
         at = _near_peaks(pieces.coefficients.middle[0], order)
-        value = pieces.coefficients.weighed(_basis(at, pieces.coefficients.middle.shape[-1] - 1, order))
+        value = pieces.weighed(_basis(at, pieces.coefficients.middle.shape[-1] - 1, order))
         scale = pieces.rates.to_power(float(order)) * total.to_power(float(order)).shaped(-1)
-        known[order] = value * scale.shaped(-1)
+        found: Any = value * scale.shaped(-1)
+        if pieces.apart is not None:
+            middle, radius = (pieces.rates * total.shaped(-1)).over_box
+            found = found.widened(pieces.apart.greatest_of(order, 1.0 / (middle + radius)))
+        known[order] = found
     return known[order]
 
 
@@ -228,15 +254,8 @@ def _greatest(terms: Enclosed, limit: Array | None, influence: Array) -> Array:
     flat = np.where(np.isfinite(low), low, -np.inf).reshape(len(low), -1)
     best = flat.argmax(axis=1)
     rows = np.arange(len(low))
-    middle, radius = (part.reshape(len(part), len(low), -1)[:, rows, best] for part in (used.middle, used.radius))
-    influence += _influence(Enclosed(middle, radius, used.reach))
+    influence += used.picked(rows, best).influence
     return np.where(np.isfinite(flat[rows, best]), flat[rows, best], np.nan)
-
-
-def _influence(whole: Enclosed) -> Array:
-    """Share of a positive value by which each variable changes it in its cell, shape (B, n)."""
-    middle, radius = whole.slopes_over_box
-    return np.asarray(((np.abs(middle) + radius) * whole.reach.T / np.abs(whole.middle[0])).T)
 
 
 def _outside(pieces: ShapePieces, range_: Array) -> Array:
@@ -248,8 +267,10 @@ def _outside(pieces: ShapePieces, range_: Array) -> Array:
     values = coefficients.middle[0] @ looked.T
     for sign, end in ((1.0, range_[1]), (-1.0, -range_[0])):
         at = _summits(sign * values)
-        reached = coefficients.weighed(_basis(at, coefficients.middle.shape[-1] - 1, 0)).times(sign)
+        reached = pieces.weighed(_basis(at, coefficients.middle.shape[-1] - 1, 0)).times(sign)
         slack = 1e-9 * (1.0 + np.abs(end))
+        if pieces.apart is not None:
+            slack = slack + pieces.apart.greatest_of(0, np.ones(reached.middle.shape[1:3]))
         found.append((reached.low > end + slack).any(axis=(1, 2)))
     return np.asarray(found[0] | found[1])
 
@@ -283,6 +304,8 @@ def _basis(at: Array, degree: int, order: int) -> Array:
 
 @cache
 def _quadrature(degree: int, order: int) -> Array:
-    """Roots of weights times a derivative at Gauss-Legendre nodes: the sum of squares is ∫ of the square."""
-    nodes, weights = np.polynomial.legendre.leggauss(max(degree - order, 0) + 1)
-    return frozen(np.sqrt(0.5 * weights)[:, None] * _basis(0.5 * (nodes + 1.0), degree, order))
+    """Coefficients of a derivative in orthonormal Legendre polynomials: the sum of their squares is ∫ of the square."""
+    count = max(degree - order, 0) + 1
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    values = np.polynomial.legendre.legvander(nodes, count - 1) * np.sqrt(2.0 * np.arange(count) + 1.0)
+    return frozen((values * (0.5 * weights)[:, None]).T @ _basis(0.5 * (nodes + 1.0), degree, order))

@@ -12,12 +12,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, final
+from typing import Any, TypeVar, final
 
 import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
+from trajevo.verification.bounds.series import Series
 
 #: Bound of the rounding of one operation, eight times that of the processor, and what underflow may lose.
 ROUNDING, _UNDERFLOW = 2.0**-50, 1e-290
@@ -183,6 +184,36 @@ class Enclosed:
         middle, radius = _dot(matrix, np.zeros_like(matrix), self.middle, self.radius)
         return Enclosed(middle, radius, self.reach)
 
+    @property
+    def influence(self) -> Array:
+        """Share of a positive value by which each variable changes it in its cell, shape (B, ..., n)."""
+        middle, radius = self.slopes_over_box
+        shares = [
+            (np.abs(middle[k]) + radius[k]) * self._reach(k, radius[k]) / np.abs(self.middle[0]) for k in range(self.n)
+        ]
+        return np.stack(shares, axis=-1)
+
+    def swapped(self) -> Enclosed:
+        """With the last two axes swapped."""
+        return Enclosed(np.swapaxes(self.middle, -1, -2), np.swapaxes(self.radius, -1, -2), self.reach)
+
+    def picked(self, rows: Array, best: Array) -> Enclosed:
+        """One entry of each box, by its place among all of them."""
+        middle, radius = (part.reshape(len(part), len(rows), -1)[:, rows, best] for part in (self.middle, self.radius))
+        return Enclosed(middle, radius, self.reach)
+
+    @classmethod
+    def stacked(cls, parts: Sequence[Enclosed], axis: int) -> Enclosed:
+        """Entries of the same shape along a new axis, counted from the last."""
+        middles, radii = ([getattr(part, name) for part in parts] for name in ("middle", "radius"))
+        return cls(np.stack(middles, axis=axis), np.stack(radii, axis=axis), parts[0].reach)
+
+    @classmethod
+    def joined(cls, parts: Sequence[Enclosed], axis: int) -> Enclosed:
+        """Entries one after the other along an axis, counted from the last."""
+        middles, radii = ([getattr(part, name) for part in parts] for name in ("middle", "radius"))
+        return cls(np.concatenate(middles, axis=axis), np.concatenate(radii, axis=axis), parts[0].reach)
+
     def _of(self, parts: Sequence[Ball]) -> Enclosed:
         """Value, slopes and second derivatives put together."""
         return Enclosed(np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts]), self.reach)
@@ -206,21 +237,23 @@ class Enclosed:
         return _wider(radius, self.middle[0])
 
 
+#: Either kind of enclosed functions, whose operations have the same names.
+Function = TypeVar("Function", Enclosed, Series)
+
+
 def pairs(n: int) -> Iterator[tuple[int, int]]:
     """Pairs of n variables along which second derivatives are stored, in their order."""
     return ((k, m) for k in range(n) for m in range(k, n))
 
 
-def stacked(parts: Sequence[Enclosed], axis: int = -1) -> Enclosed:
+def stacked(parts: Sequence[Function], axis: int = -1) -> Function:
     """Entries of the same shape along a new axis, counted from the last."""
-    middles, radii = ([getattr(part, name) for part in parts] for name in ("middle", "radius"))
-    return Enclosed(np.stack(middles, axis=axis), np.stack(radii, axis=axis), parts[0].reach)
+    return type(parts[0]).stacked(parts, axis)
 
 
-def joined(parts: Sequence[Enclosed], axis: int) -> Enclosed:
+def joined(parts: Sequence[Function], axis: int) -> Function:
     """Entries one after the other along an axis, counted from the last."""
-    middles, radii = ([getattr(part, name) for part in parts] for name in ("middle", "radius"))
-    return Enclosed(np.concatenate(middles, axis=axis), np.concatenate(radii, axis=axis), parts[0].reach)
+    return type(parts[0]).joined(parts, axis)
 
 
 def solved(matrix: Enclosed, drive: Enclosed) -> Enclosed:

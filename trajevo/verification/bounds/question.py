@@ -20,7 +20,8 @@ from trajevo.formulation import objectives as own
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.trajectory.batch import DERIVATIVES
-from trajevo.verification.bounds.shapes import EnclosedShape, shape_of
+from trajevo.verification.bounds.pieces import EnclosedShape
+from trajevo.verification.bounds.shapes import shape_of
 
 #: Share by which bounds of constants are lowered: far more than nodes and weights of quadratures can be off.
 MARGIN = 1e-9

@@ -7,16 +7,13 @@ variables of a box are the logarithms of the ratios of neighbouring segment time
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
-from math import comb
-from typing import Any, Protocol, final
+from typing import Any, final
 
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.trajectory.interpolants import (
     HybridQuartic,
@@ -28,100 +25,9 @@ from trajevo.trajectory.interpolants import (
 )
 from trajevo.trajectory.interpolants.hermite import hermite_matrix
 from trajevo.trajectory.interpolants.improved_quartic import OFFSETS, PIECES, QUARTIC_BASIS
-from trajevo.verification.bounds.enclosed import Enclosed, joined, solved, stacked
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Times:
-    """Segment times of B boxes, from the logarithms of the ratios of neighbouring ones.
-
-    Attributes:
-        low: least logarithms, shape (B, n_segments - 1).
-        high: greatest logarithms, the same shape.
-        points: whether the boxes are points, of which values alone are wanted, without slopes.
-    """
-
-    low: Array
-    high: Array
-    points: bool = False
-
-    __repr__ = brief
-
-    @property
-    def segments(self) -> int:
-        """Number of segments."""
-        return int(self.low.shape[1]) + 1
-
-    def __len__(self) -> int:
-        return len(self.low)
-
-    @property
-    def middles(self) -> Times:
-        """The middles of the boxes, as points."""
-        middle = 0.5 * (self.low + self.high)
-        return Times(middle, middle, points=True)
-
-    def product(self, powers: Mapping[int, float]) -> Enclosed:
-        """The product of powers of segment times, (B,), by the number of the segment."""
-        exponents = np.zeros(self.segments)
-        for segment, power in powers.items():
-            exponents[segment] += power
-        own = np.cumsum(exponents[::-1])[::-1][1:]
-        if not self.points:
-            return Enclosed.exponential(own, self.low, self.high)
-        nothing = np.zeros((len(self), 0))
-        found = Enclosed.exponential(own, self.low, self.high)
-        return Enclosed(found.middle[:1], found.radius[:1], nothing)
-
-    def known(self, values: Any) -> Enclosed:
-        """The same known values in all boxes, of any shape (...)."""
-        reach = np.zeros((len(self), 0 if self.points else self.segments - 1))
-        if not self.points:
-            reach = self.product({}).reach
-        return Enclosed.known(
-            np.broadcast_to(np.asarray(values, dtype=np.float64), (len(self), *np.shape(values))), reach
-        )
-
-    @cached_property
-    def total(self) -> Enclosed:
-        """The sum of all segment times, (B,)."""
-        return stacked([self.product({k: 1.0}) for k in range(self.segments)]).summed()
-
-    def share_of_others(self, segment: int) -> Enclosed:
-        """The sum of all segment times divided by one of them, (B,)."""
-        return stacked(
-            [self.product({k: 1.0, segment: -1.0} if k != segment else {}) for k in range(self.segments)]
-        ).summed()
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class ShapePieces:
-    """Polynomial pieces of motions, each in its own unit of time.
-
-    Attributes:
-        coefficients: ascending powers of the share of the piece, shape (B, S, n_joints, degree + 1) [rad or m].
-        rates: inverse durations of the pieces, shape (B, S), in the shape's unit of time.
-    """
-
-    coefficients: Enclosed
-    rates: Enclosed
-
-    __repr__ = brief
-
-
-class EnclosedShape(Protocol):
-    """The pieces of an interpolant as a function of segment times."""
-
-    @property
-    def widest(self) -> float:
-        """Greatest half width of a box, as a logarithm, of which enclosures tell anything."""
-        ...
-
-    def __call__(self, times: Times) -> ShapePieces:
-        """The pieces over boxes of segment times."""
-        ...
+from trajevo.verification.bounds.enclosed import Enclosed, stacked
+from trajevo.verification.bounds.pieces import EnclosedShape, ShapePieces, Times
+from trajevo.verification.bounds.splines import OddSpline
 
 
 def shape_of(interpolant: Interpolant) -> EnclosedShape:
@@ -148,78 +54,6 @@ def shape_of(interpolant: Interpolant) -> EnclosedShape:
     return _SHAPES[kind](interpolant)
 
 
-#: Greatest half widths of boxes of quintic and septic splines, by r.
-_WIDEST = {3: 0.03, 4: 0.006}
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class _OddSpline:
-    """The spline of degree 2r - 1: states at inner points by continuity, see :func:`hermite.odd_spline`.
-
-    The unit of time of a point's state, and of the continuity there, is the geometric mean of both its segments.
-    """
-
-    positions: Array
-    r: int
-
-    @property
-    def widest(self) -> float:
-        """Enclosures of higher splines tell nothing of wider boxes."""
-        return _WIDEST[self.r]
-
-    def __call__(self, times: Times) -> ShapePieces:
-        before, after = self._states(times)
-        place = times.known(self.positions).shaped(-1)
-        states = joined([joined([place[:-1], after], -1), joined([place[1:], before], -1)], -1)
-        rates = stacked([times.product({k: -1.0}) for k in range(times.segments)])
-        return ShapePieces(states.through(hermite_matrix(self.r)), rates)
-
-    def _states(self, times: Times) -> tuple[Enclosed, Enclosed]:
-        """Taylor coefficients 1 to r - 1 at the end and the beginning of each segment, in its own unit of time."""
-        r, inner = self.r, times.segments - 1
-        rest = times.known(np.zeros((self.positions.shape[1], r - 1)))
-        if not inner:
-            return rest.shaped(-3), rest.shaped(-3)
-        found = solved(*self._system(times))  # (B, (K - 2) (r - 1), n_joints)
-        ends: list[Enclosed] = []
-        begins = [rest]
-        for i in range(inner):
-            rows = [found[i * (r - 1) + k] for k in range(r - 1)]
-            for side, sign in ((ends, -0.5), (begins, 0.5)):
-                units = [times.product({i: -sign * k, i + 1: sign * k}).shaped(-1) for k in range(1, r)]
-                side.append(stacked([row * unit for row, unit in zip(rows, units, strict=True)]))
-        return stacked([*ends, rest], -3), stacked(begins, -3)
-
-    def _system(self, times: Times) -> tuple[Enclosed, Enclosed]:
-        """Derivatives r to 2r - 2 at the end of each segment less those at the beginning of the next."""
-        r, inner = self.r, times.segments - 1
-        at_start = hermite_matrix(r)[r : 2 * r - 1]
-        shift = np.array([[comb(power, k) for power in range(2 * r)] for k in range(r, 2 * r - 1)], dtype=np.float64)
-        at_end, chords = shift @ hermite_matrix(r), np.diff(self.positions, axis=0)
-        size = inner * (r - 1)
-        entries = [[times.known(0.0)] * size for _ in range(size)]
-        drives = []
-        for i in range(inner):
-            for row, order in enumerate(range(r, 2 * r - 1)):
-                line, half = entries[i * (r - 1) + row], 0.5 * order
-                # The unit of the point is (d_i d_i+1)^(1/2): in it a segment's derivatives are (unit / d)^order.
-                for k in range(1, r):
-                    place, own = i * (r - 1) + k - 1, 0.5 * (order - k)
-                    earlier, later = times.product({i: -own, i + 1: own}), times.product({i: own, i + 1: -own})
-                    line[place] = earlier.times(at_end[row, r + k]) - later.times(at_start[row, k])
-                    if i > 0:
-                        unit = {i - 1: -0.5 * k, i: 0.5 * k - half, i + 1: half}
-                        line[place - r + 1] = times.product(unit).times(at_end[row, k])
-                    if i + 1 < inner:
-                        unit = {i: half, i + 1: 0.5 * k - half, i + 2: -0.5 * k}
-                        line[place + r - 1] = times.product(unit).times(-at_start[row, r + k])
-                earlier, later = times.product({i: -half, i + 1: half}), times.product({i: half, i + 1: -half})
-                drive = later.shaped(-1).times(at_start[row, r] * chords[i + 1])
-                drives.append(drive + earlier.shaped(-1).times(at_end[row, 0] * chords[i]))
-        return stacked([stacked(line) for line in entries], -2), stacked(drives, -2)
-
-
 @final
 @dataclass(frozen=True, eq=False)
 class _Quartic:
@@ -229,6 +63,7 @@ class _Quartic:
     form: str
     hybrid: bool
     widest: float = 0.4
+    degree: int | None = None
 
     def __call__(self, times: Times) -> ShapePieces:
         pieces, rates, last = [], [], times.segments - 1
@@ -294,6 +129,7 @@ class _SinglePolynomial:
 
     positions: Array
     widest: float = 0.06
+    degree: int | None = None
 
     def __call__(self, times: Times) -> ShapePieces:
         p, inverse = self.positions, times.total.to_power(-1.0)
@@ -336,7 +172,7 @@ class _SinglePolynomial:
 _SHAPES: dict[type[Interpolant], Callable[[Any], EnclosedShape]] = {
     HybridQuartic: lambda one: _Quartic(one.points.positions, one.form, True),
     ImprovedQuarticBSpline: lambda one: _Quartic(one.points.positions, one.form, False),
-    QuinticSpline: lambda one: _OddSpline(one.points.positions, 3),
-    SepticSpline: lambda one: _OddSpline(one.points.positions, 4),
+    QuinticSpline: lambda one: OddSpline(one.points.positions, 3),
+    SepticSpline: lambda one: OddSpline(one.points.positions, 4),
     SinglePolynomial: lambda one: _SinglePolynomial(one.points.positions),
 }
