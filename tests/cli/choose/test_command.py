@@ -54,7 +54,7 @@ def test_a_catalogue_is_given_by_its_folder(tmp_path):
 def test_mistakes(tmp_path):
     for arguments, says in (
         (("--robots", "ur6"), "error: robots: ur6: unknown robot 'ur6'; did you mean 'ur5'"),
-        (("--robots", ","), "error: robots: expected at least one robot to choose from, got an empty list"),
+        (("--robots", ","), "error: --robots: expected names and files of robots with commas between them"),
         (
             ("--robots", "arms/"),
             "error: robots: expected a list of robots, or a folder with catalogue.toml, got arms/: no ",
