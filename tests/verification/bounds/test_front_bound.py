@@ -177,7 +177,7 @@ def test_the_pointing_mechanism_within_a_percent_and_no_run_below(interpolant, l
     for seed in range(200):
         run = optimise(problem, seed=seed, generations=20, population=30, progress=False, polish=False)
         assert not found.excludes(run.F).any()
-    fine = bound_front(optimise(problem, seed=1, progress=False), gap=0.002, cpu_time=600.0)
+    fine = bound_front(optimise(problem, seed=1, progress=False), gap=0.0005, cpu_time=150.0)
     assert fine.lower[0] <= least + 1e-6
     assert fine.upper[0] - fine.lower[0] <= 1e-3
 
