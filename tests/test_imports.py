@@ -18,6 +18,8 @@ SLOW = {
 #: What trajevo computes with.
 COMPUTES = {"numpy", "pydantic", "pymoo", "pinocchio", "coal", "moocore"}
 SHOWS = {"rich", "typer"}
+#: What a search from Python needs only for files, obstacles and points that anyone may give.
+LATER = {f"trajevo.formulation.{room}" for room in ("task_file", "via_points", "constraints.clearance")}
 
 
 def imported(program, *arguments, cwd=None):
@@ -35,13 +37,14 @@ COMMAND = "from trajevo.cli.main import main; main()"
 PROGRAMS = [
     ("import trajevo", SLOW | COMPUTES | SHOWS),
     ("import trajevo.plots", SLOW | COMPUTES | SHOWS),
+    ("from trajevo import optimise", SLOW | SHOWS | LATER),
     ("from trajevo import optimise, resume, read_run, load_task, load_robot, polish", SLOW | SHOWS),
     ("from trajevo import ViaPointProblem, Front, Study, certify, verify, export, dlcc", SLOW | SHOWS),
     ("from trajevo import analyse, report, load_study, run_study, workspace_capacity", SLOW | SHOWS),
 ]
 
 
-@pytest.mark.parametrize(("program", "never"), mostly_long(PROGRAMS, *PROGRAMS[:3], several=True))
+@pytest.mark.parametrize(("program", "never"), mostly_long(PROGRAMS, *PROGRAMS[:4], several=True))
 def test_a_name_imports_what_it_needs(program, never):
     assert imported(program) & never == set()
 

@@ -305,9 +305,9 @@ def test_a_users_script_passes_strict_type_checks_and_no_name_is_any(installed, 
     said = {file: [line for line in told.splitlines() if line.startswith(file)] for file in ("typed", "names", "wrong")}
     assert sum(map(len, said.values())) == len(told.splitlines()), told
     assert [line.rpartition(" is ")[2].strip('"') for line in said["typed"]] == [
-        "trajevo.front.front.Solution",
+        "trajevo.front.solution.Solution",
         "trajevo.front.front.Front",
-        "trajevo.solvers.optimise.Task",
+        "trajevo.solvers.task.Task",
         "trajevo.front.front.Front",
     ]
     assert len(said["names"]) == len(names)

@@ -68,9 +68,10 @@ if TYPE_CHECKING:
     from trajevo.solvers.gradient.normal_constraint import solve_nnc, weighting_factors
     from trajevo.solvers.gradient.polish import polish
     from trajevo.solvers.gradient.weighted_sum import minimise_weighted
-    from trajevo.solvers.optimise import Task, load_task, optimise
+    from trajevo.solvers.optimise import optimise
     from trajevo.solvers.rivals import rivals_of, rivals_table
     from trajevo.solvers.run.runs import read_run, resume
+    from trajevo.solvers.task import Task, load_task
     from trajevo.study.bench.adapters.adapter import BenchRival
     from trajevo.study.cluster import DaskCluster
     from trajevo.study.collection import collect
@@ -160,7 +161,8 @@ _NAMES = {
     "formulation.search": ("Search",),
     # Searches and what comes out
     "solvers.evolutionary.algorithms": ("EvolutionaryAlgorithm",),
-    "solvers.optimise": ("Task", "load_task", "optimise"),
+    "solvers.optimise": ("optimise",),
+    "solvers.task": ("Task", "load_task"),
     "solvers.gradient.polish": ("polish",),
     "solvers.run.runs": ("read_run", "resume"),
     "solvers.gradient.normal_constraint": ("solve_nnc", "weighting_factors"),

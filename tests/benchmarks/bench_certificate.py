@@ -21,7 +21,7 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.problems import HybridManipulator
 from trajevo.problems.hybrid_manipulator import paper_solution
 from trajevo.robot.payload import carrying
-from trajevo.solvers.optimise import load_task
+from trajevo.solvers.task import load_task
 from trajevo.verification.certify import certify
 
 SAMPLES, INDIVIDUALS, ROUNDS = 10_000, 100, 15

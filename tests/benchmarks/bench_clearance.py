@@ -18,7 +18,7 @@ from trajevo.base.arrays import Array
 from trajevo.formulation.constraints.broad_phase.near import INTERVALS
 from trajevo.formulation.constraints.clearance import ProvenClearance
 from trajevo.problems import ViaPointProblem
-from trajevo.solvers.optimise import load_task
+from trajevo.solvers.task import load_task
 
 TASK = Path(__file__).parents[2] / "problems" / "tasks" / "xarm7_obstacle.toml"
 

@@ -13,7 +13,7 @@ from differences import central_differences
 
 from trajevo import TrajectoryProblem
 from trajevo.problems import HybridManipulator
-from trajevo.solvers.optimise import load_task
+from trajevo.solvers.task import load_task
 
 TASKS = Path(__file__).parents[2] / "problems" / "tasks"
 

@@ -23,7 +23,7 @@ from trajevo.problems import (
     ViaPointProblem,
 )
 from trajevo.solvers.evolutionary.first_population import first_population
-from trajevo.solvers.optimise import load_task
+from trajevo.solvers.task import load_task
 
 SEEDS = (1, 2, 3, 4, 5)
 GENERATIONS = (1, 10, 50, 200)

@@ -17,7 +17,7 @@ import pytest
 
 import trajevo
 from tests.helpers import trajevo as command
-from trajevo.solvers.optimise import Task
+from trajevo.solvers.task import Task
 
 DOCS = Path(__file__).parents[2] / "docs"
 

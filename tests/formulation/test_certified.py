@@ -21,8 +21,8 @@ from trajevo.problems.hybrid_kinematics import via_positions
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.solvers.gradient.polish import polish
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted
-from trajevo.solvers.optimise import load_task
 from trajevo.solvers.run.folder import FRONT_FILE
+from trajevo.solvers.task import load_task
 from trajevo.study.definition import Study
 from trajevo.verification.certify import certify, certify_all
 

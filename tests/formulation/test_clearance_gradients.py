@@ -20,7 +20,7 @@ from trajevo.problems import ViaPointProblem
 from trajevo.solvers.gradient.normal_constraint import solve_nnc
 from trajevo.solvers.gradient.polish import polish
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted
-from trajevo.solvers.optimise import load_task
+from trajevo.solvers.task import load_task
 from trajevo.trajectory.along_path import ComposedBatch
 from trajevo.trajectory.interpolants import QuinticSpline
 from trajevo.trajectory.parameterisation import Course

@@ -22,7 +22,7 @@ from trajevo.problems import (
 )
 from trajevo.problems.hybrid_manipulator import CONVENTIONS
 from trajevo.robot.payload import LOAD_MODELS
-from trajevo.solvers.optimise import load_task
+from trajevo.solvers.task import load_task
 
 #: All but the task for several robots, which is no problem of its own.
 FILES = (Path(__file__).parents[2] / "problems" / "tasks").glob("*.toml")

@@ -10,7 +10,7 @@ from trajevo import Load, Passing, Payload, ViaPointProblem, certify, check, loa
 from trajevo.base.files import opening_robots_only
 from trajevo.formulation.constraints.clearance import ProvenClearance
 from trajevo.formulation.constraints.scene import Box, Scene, Sphere
-from trajevo.solvers.optimise import load_task
+from trajevo.solvers.task import load_task
 
 ARM = {"name": "xarm7", "limits": {"acceleration": 14.0, "jerk": 140.0}}
 POINTS = np.radians(

@@ -39,8 +39,8 @@ from trajevo.path.loads import together
 from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
 from trajevo.robot.payload import carrying
 from trajevo.solvers.evolutionary.first_population import first_population
-from trajevo.solvers.optimise import load_task
 from trajevo.solvers.rivals import rivals_of
+from trajevo.solvers.task import load_task
 from trajevo.trajectory.polynomial import PolynomialBatch
 from trajevo.verification.newton_euler import NewtonEuler
 

@@ -22,7 +22,7 @@ from trajevo.formulation.constraints.clearance_search import ClearanceSearch
 from trajevo.formulation.constraints.collision import DISTANCE_ERROR, Collision
 from trajevo.formulation.constraints.scene import Attached, Box, Capsule, Cylinder, Hull, Plane, Scene, Sphere
 from trajevo.formulation.constraints.scenes.motions import ObstacleMotion
-from trajevo.solvers.optimise import load_task
+from trajevo.solvers.task import load_task
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: A cart that comes by and turns, and stands before and after.

@@ -13,8 +13,8 @@ from trajevo.formulation.problem import Weights
 from trajevo.solvers.evolutionary.first_population import first_population
 from trajevo.solvers.evolutionary.stretching import Limits, Stretching
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted
-from trajevo.solvers.optimise import load_task
 from trajevo.solvers.rivals import rivals_of
+from trajevo.solvers.task import load_task
 
 URDF = """<robot name="two">
 <link name="base"/>

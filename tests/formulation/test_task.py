@@ -13,7 +13,7 @@ from tests.helpers import UNDRAWN, mostly_long, refused, trajevo
 from trajevo import Front, Payload, ViaPoints, load_problem, load_robot, optimise
 from trajevo.base.units import to_si
 from trajevo.problems import HybridManipulator, ViaPointProblem
-from trajevo.solvers.optimise import load_task
+from trajevo.solvers.task import load_task
 
 TASKS = Path(__file__).parents[2] / "problems" / "tasks"
 #: Tasks for several robots, which are no problem of their own: tests/study/robots.

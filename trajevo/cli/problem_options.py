@@ -19,7 +19,7 @@ from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
 from trajevo.formulation.search import Search
 from trajevo.robot.payload import LOAD_MODELS
-from trajevo.solvers.optimise import load_task
+from trajevo.solvers.task import load_task
 
 ProblemArgument = Annotated[
     str,

@@ -20,7 +20,7 @@ from trajevo.base.toml import Places, problem_of, read_toml
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.formulation.examples import example_file
 from trajevo.formulation.registry import problem_class
-from trajevo.solvers.optimise import load_task
+from trajevo.solvers.task import load_task
 from trajevo.study.jobs import SEARCH, Job, jobs_of
 from trajevo.study.record import Cell, StudyRecord, TaskContent, cells_of, digest, levels_of
 

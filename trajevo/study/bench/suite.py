@@ -17,7 +17,7 @@ from trajevo.errors import InvalidInputError, checked_name, no_such_file
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
 from trajevo.formulation.search import Search
-from trajevo.solvers.optimise import load_task
+from trajevo.solvers.task import load_task
 from trajevo.study.bench.reference import Published, Reference, ReferenceFile
 
 if TYPE_CHECKING:
