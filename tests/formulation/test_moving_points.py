@@ -225,7 +225,7 @@ class _Bent(Interpolant):
 
 def test_interpolants_that_are_not_linear_in_the_points_are_refused(monkeypatch):
     monkeypatch.setitem(THROUGH_POINTS, "bent", _Bent)
-    refused(lambda: moving("bent"), "expected one that is linear in its points, got 'bent'")
+    refused(lambda: moving("bent"), "expected one that is linear in its points, as points move, got 'bent'")
 
 
 @pytest.mark.parametrize(

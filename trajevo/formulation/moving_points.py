@@ -36,19 +36,17 @@ from trajevo.trajectory.interpolants import (
     HermiteShape,
     HermiteSpline,
     Interpolant,
-    LinearBlends,
     Variable,
     interpolant_through,
 )
 from trajevo.trajectory.interpolants.interpolant import (
     AtRest,
-    PassesNearby,
     alike,
-    breaks_at_points,
     checked_rests,
     decision_vectors,
     example_of,
 )
+from trajevo.trajectory.linear_in_points import LinearInPoints
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Greatest error allowed for the pose of a moved point [m or rad].
@@ -97,9 +95,8 @@ class MovingPoints(Interpolant):
     cyclic: bool = field(default=False, kw_only=True)
     curves: Mapping[int, FixedCurve] = field(default_factory=dict, kw_only=True)
     extra: ExtraPoints | BSplineShape | HermiteShape | None = field(default=None, kw_only=True)
-    _inner: Interpolant = field(init=False, repr=False)
+    _linear: LinearInPoints = field(init=False, repr=False)
     _offsets: tuple[tuple[Variable, ...], ...] = field(init=False, repr=False)
-    _starts: tuple[int, ...] = field(init=False, repr=False)
     _group: tuple[int, ...] = field(init=False, repr=False)
 
     __repr__ = brief
@@ -120,14 +117,13 @@ class MovingPoints(Interpolant):
         self._check_boxes()
         object.__setattr__(self, "_offsets", tuple(self._offsets_of(box) for box in self.boxes))
         object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
-        object.__setattr__(self, "_inner", self._with_indicators())
-        starts = breaks_at_points(self._inner)
-        if starts is None and not isinstance(self._inner, LinearBlends):
-            raise InvalidInputError(
-                f"moving: expected an interpolant that passes its points where segments meet, got {self.kind!r}"
-            )
-        object.__setattr__(self, "_starts", starts or ())
+        linear = LinearInPoints(self._with_indicators(), len(self.points), self.kind, "as points move")
+        object.__setattr__(self, "_linear", linear)
         self._check_linear()
+
+    @property
+    def _inner(self) -> Interpolant:
+        return self._linear.inner
 
     @cached_property
     def _kinematics(self) -> ToolKinematics:
@@ -141,7 +137,7 @@ class MovingPoints(Interpolant):
     def __call__(self, x: Array) -> PolynomialBatch:
         """Motions through the moved points for decision vectors of shape (B, n_variables)."""
         timing, deltas = self._decoded(x)
-        whole = _polynomials(self._inner(timing), self.kind)
+        whole = self._linear.motions(timing)
         return PolynomialBatch(whole.breaks, self._moved(whole, deltas))
 
     def _moved(self, whole: PolynomialBatch, deltas: Array) -> Array:
@@ -195,18 +191,11 @@ class MovingPoints(Interpolant):
 
         Lines with blends cut the corners; their points are where the lines would meet.
         """
-        motion = _polynomials(trajectory, self.kind)
-        if isinstance(self._inner, LinearBlends):
-            return self._inner.corners(motion)
-        points = motion.coefficients[..., 0][:, list(self._starts[:-1])]
-        last = motion.segment_durations[:, -1, None, None] ** np.arange(motion.degree + 1)
-        return np.concatenate([points, (motion.coefficients[:, -1] * last).sum(axis=-1)[:, None]], axis=1)
+        return self._linear.points_of(trajectory)
 
     def via_errors(self, trajectory: TrajectoryBatch) -> Array:
         """How far motions pass their moved points, (B, K, n_joints) [rad or m]; 0 if the interpolant meets them."""
-        if isinstance(self._inner, PassesNearby):
-            return self._inner.via_errors(trajectory)
-        return np.zeros((len(trajectory), *self.points.positions.shape))
+        return self._linear.via_errors(trajectory)
 
     def _reach_excess(self, rollout: Rollout) -> Array:
         boxes, points = self._cartesian(), self.points_of(rollout.trajectory)
@@ -305,20 +294,8 @@ class MovingPoints(Interpolant):
         moves = np.random.default_rng(0).uniform(0.01, 0.1, (1, len(self.boxes), self.points.n_joints))
         positions = self.points.positions.copy()
         positions[[box.point for box in self.boxes]] += moves[0]
-        x, made = example_of(self._inner), self._made(positions, self.at_rest)
-        moved, whole = (_polynomials(interpolant(x), self.kind) for interpolant in (made, self._inner))
-        total = self._moved(whole, moves)
-        scale = 1e-9 * np.abs(total).max()
-        if moved.coefficients.shape != total.shape or np.abs(moved.coefficients - total).max() > scale:
-            raise InvalidInputError(f"interpolant: expected one that is linear in its points, got {self.kind!r}")
-
-
-def _polynomials(trajectory: TrajectoryBatch, kind: str) -> PolynomialBatch:
-    if not isinstance(trajectory, PolynomialBatch):
-        raise InvalidInputError(
-            f"interpolant: expected one of piecewise polynomials, got {kind!r}, {type(trajectory).__name__}"
-        )
-    return trajectory
+        x = example_of(self._inner)
+        self._linear.check(self._made(positions, self.at_rest)(x), self._moved(self._linear.motions(x), moves))
 
 
 def boxes_of(moving: Sequence[Any]) -> list[JointBox | CartesianBox]:

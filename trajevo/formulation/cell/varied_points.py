@@ -26,16 +26,14 @@ from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants import (
     NAMED_INTERPOLANTS,
     Interpolant,
-    LinearBlends,
     Variable,
     interpolant_through,
 )
 from trajevo.trajectory.interpolants.interpolant import (
-    PassesNearby,
-    breaks_at_points,
     decision_vectors,
     example_of,
 )
+from trajevo.trajectory.linear_in_points import LinearInPoints
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Greatest error allowed for the pose at a point [m or rad], and the error that counts as an excess of 1.
@@ -65,8 +63,7 @@ class VariedPoints(Interpolant):
     arrangement: Arrangement
     duration_bounds: Any = field(kw_only=True)
     passing: tuple[Passing, ...] = field(default=(), kw_only=True)
-    _inner: Interpolant = field(init=False, repr=False)
-    _starts: tuple[int, ...] = field(init=False, repr=False)
+    _linear: LinearInPoints = field(init=False, repr=False)
 
     __repr__ = brief
 
@@ -78,15 +75,14 @@ class VariedPoints(Interpolant):
                     f"passing: point {one.point}: {key}: expected none where the cell varies, as it is one of joints, "
                     "which reach the point in many ways; stop, dwell and window can be given"
                 )
-        object.__setattr__(self, "_inner", self._through(np.eye(len(self.points))))
-        starts = breaks_at_points(self._inner)
-        if starts is None and not isinstance(self._inner, LinearBlends):
-            raise InvalidInputError(
-                "interpolant: expected one that passes its points where segments meet, as the cell varies, got "
-                f"{self.kind!r}"
-            )
-        object.__setattr__(self, "_starts", starts or ())
+        indicators = self._through(np.eye(len(self.points)))
+        linear = LinearInPoints(indicators, len(self.points), self.kind, "as the cell varies")
+        object.__setattr__(self, "_linear", linear)
         self._check_linear()
+
+    @property
+    def _inner(self) -> Interpolant:
+        return self._linear.inner
 
     @property
     def points(self) -> ViaPoints:
@@ -115,7 +111,7 @@ class VariedPoints(Interpolant):
             raise InvalidInputError(f"x: expected finite numbers, got {rows[row, column]} in row {row}, {column=}")
         count = len(self._inner.variables)
         arranged = self.arrangement(rows[:, count:])
-        whole = _polynomials(self._inner(rows[:, :count]), self.kind)
+        whole = self._linear.motions(rows[:, :count])
         coefficients = np.einsum("bkj,bskd->bsjd", arranged.points, whole.coefficients)
         return PolynomialBatch(whole.breaks, coefficients), arranged
 
@@ -146,18 +142,11 @@ class VariedPoints(Interpolant):
 
         Lines with blends cut the corners; their points are where the lines would meet.
         """
-        motion = _polynomials(trajectory, self.kind)
-        if isinstance(self._inner, LinearBlends):
-            return self._inner.corners(motion)
-        points = motion.coefficients[..., 0][:, list(self._starts[:-1])]
-        last = motion.segment_durations[:, -1, None, None] ** np.arange(motion.degree + 1)
-        return np.concatenate([points, (motion.coefficients[:, -1] * last).sum(axis=-1)[:, None]], axis=1)
+        return self._linear.points_of(trajectory)
 
     def via_errors(self, trajectory: TrajectoryBatch) -> Array:
         """How far motions pass their points, (B, K, n_joints) [rad or m]; 0 if the interpolant meets them."""
-        if isinstance(self._inner, PassesNearby):
-            return self._inner.via_errors(trajectory)
-        return np.zeros((len(trajectory), *self.points.positions.shape))
+        return self._linear.via_errors(trajectory)
 
     @property
     def reach_constraint(self) -> Constraint:
@@ -182,13 +171,8 @@ class VariedPoints(Interpolant):
                 f"interpolant: expected one whose variables are times, as the cell varies, got {self.kind!r}, with "
                 "which positions between the points are free too"
             )
-        found, whole = (_polynomials(each(x), self.kind) for each in (made, self._inner))
-        total = np.einsum("kj,bskd->bsjd", positions, whole.coefficients)
-        scale = 1e-9 * np.abs(total).max()
-        if found.coefficients.shape != total.shape or np.abs(found.coefficients - total).max() > scale:
-            raise InvalidInputError(
-                f"interpolant: expected one that is linear in its points, as the cell varies, got {self.kind!r}"
-            )
+        total = np.einsum("kj,bskd->bsjd", positions, self._linear.motions(x).coefficients)
+        self._linear.check(made(x), total)
 
 
 def _reach_excess(rollout: Rollout) -> Array:
@@ -203,11 +187,3 @@ def reach_excess(missed: Array) -> Array:
     total = np.where(total.real > _ROUNDING, total, 0.0)
     excess: Array = np.where(total.real > REACHED, (total - REACHED) / SCALE, total / REACHED - 1.0)
     return excess
-
-
-def _polynomials(trajectory: TrajectoryBatch, kind: str) -> PolynomialBatch:
-    if not isinstance(trajectory, PolynomialBatch):
-        raise InvalidInputError(
-            f"interpolant: expected one of piecewise polynomials, got {kind!r}, {type(trajectory).__name__}"
-        )
-    return trajectory

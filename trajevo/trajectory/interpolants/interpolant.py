@@ -14,6 +14,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.arranged import Arranged
 from trajevo.trajectory.batch import TrajectoryBatch
+from trajevo.trajectory.polynomial import PolynomialBatch
 
 
 @dataclass(frozen=True)
@@ -235,6 +236,15 @@ def breaks_where(interpolant: Interpolant) -> tuple[int | None, ...]:
     apart = np.abs(times[:, None] - breaks)
     at_breaks = apart.min(axis=1) <= _ROUNDING * breaks[-1]
     return tuple(int(k) if at else None for k, at in zip(apart.argmin(axis=1), at_breaks, strict=True))
+
+
+def piecewise_polynomials(trajectory: TrajectoryBatch, kind: str) -> PolynomialBatch:
+    """Motions of an interpolant that is named ``kind``; any but piecewise polynomials are refused."""
+    if not isinstance(trajectory, PolynomialBatch):
+        raise InvalidInputError(
+            f"interpolant: expected one of piecewise polynomials, got {kind!r}, {type(trajectory).__name__}"
+        )
+    return trajectory
 
 
 def example_of(interpolant: Interpolant) -> Array:

@@ -33,6 +33,7 @@ from trajevo.trajectory.interpolants.interpolant import (
     checked_rests,
     decision_vectors,
     example_of,
+    piecewise_polynomials,
 )
 from trajevo.trajectory.polynomial import PolynomialBatch
 
@@ -104,7 +105,7 @@ class Legs(Interpolant):
     def __call__(self, x: Array) -> PolynomialBatch:
         """Motions for decision vectors of shape (B, n_variables)."""
         parts = self._parts(x)
-        legs = [_polynomials(self._motion(k, parts), self.kind) for k in range(len(self._legs))]
+        legs = [piecewise_polynomials(self._motion(k, parts), self.kind) for k in range(len(self._legs))]
         degree = max(leg.degree for leg in legs)
         durations, pieces = [], []
         for k, leg in enumerate(legs):
@@ -132,7 +133,7 @@ class Legs(Interpolant):
         Stops are met whatever the interpolant does with the points between them.
         """
         motion, errors, first = (
-            _polynomials(trajectory, self.kind),
+            piecewise_polynomials(trajectory, self.kind),
             np.zeros((len(trajectory), 0, trajectory.n_joints)),
             0,
         )
@@ -243,7 +244,7 @@ class Legs(Interpolant):
         shares = np.array([0.0, 0.3, 0.6, 1.0])  # not the middle, where an acceleration may vanish
         for leg, (first, last) in zip(self._legs, self._ends(), strict=True):
             x = example_of(leg)
-            motion = _polynomials(leg(x), self.kind)
+            motion = piecewise_polynomials(leg(x), self.kind)
             counts.append(motion.segment_durations.shape[1])
             spans = np.diff(leg.via_times(x), axis=1)
             times = x[:, [variable.unit == "s" for variable in leg.variables]]
@@ -286,11 +287,3 @@ def checked_durations(given: Any, count: int) -> Array:
                 f"0 < lower <= upper [s], got {low} and {high}"
             )
     return read_only(bounds)
-
-
-def _polynomials(trajectory: TrajectoryBatch, kind: str) -> PolynomialBatch:
-    if not isinstance(trajectory, PolynomialBatch):
-        raise InvalidInputError(
-            f"interpolant: expected one of piecewise polynomials, got {kind!r}, {type(trajectory).__name__}"
-        )
-    return trajectory
