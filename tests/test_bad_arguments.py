@@ -27,7 +27,10 @@ CASES = {
     "array as points": (lambda: QuinticSpline(np.eye(3), duration_bounds=(1, 2)), "needs ViaPoints, got ndarray"),
     "text as bounds": (lambda: SepticSpline(POINTS, duration_bounds="ab"), "duration_bounds: expected numbers"),
     "no bounds": (lambda: HybridQuartic(POINTS, duration_bounds=None), "duration_bounds: expected shape"),
-    "no profile": (lambda: stop_and_go(POINTS, None, profile=None), "unknown profile 'None'"),
+    "no profile": (
+        lambda: stop_and_go(POINTS, None, profile=None),
+        "unknown profile None: expected a name, got NoneType",
+    ),
     "no joints": (lambda: ViaPoints(np.zeros((3, 0))), "at least 1 joint"),
     "text as points": (lambda: ViaPoints("abc"), "points: expected numbers"),
     "no rows": (lambda: selection.knee(np.empty((0, 3))), "at least one point"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
+from os import PathLike
 from pathlib import Path
 
 #: Greatest length of a message.
@@ -83,7 +84,12 @@ class UnknownNameError(TrajevoError):
 
     def __init__(self, kind: str, name: object, valid: Iterable[str]) -> None:
         self.kind = kind
-        super().__init__(f"unknown {kind} {str(name)!r}; {known_names(str(name), valid)}")
+        if isinstance(name, str | PathLike):
+            super().__init__(f"unknown {kind} {str(name)!r}; {known_names(str(name), valid)}")
+        else:
+            super().__init__(
+                f"unknown {kind} {name!r}: expected a name, got {type(name).__name__}; {known_names('', valid)}"
+            )
 
 
 class NotRegisteredError(InvalidInputError):

@@ -366,6 +366,7 @@ def test_other_interpolants_pass_the_points_of_every_base(name):
             "base.moving: expected a range that is wider than a point for at least one of x, y, z, yaw, got 0 for all",
         ),
         ({"base": {"moving": {"x": [0.1, 0.1], "y": [0.0, 0.0]}}}, "yaw, got x = 0.1 m alone"),
+        ({"base": {"moving": {"x": {-0.3, 0.3}}}}, "base.moving.x: expected the least and the greatest [m], got {"),
         ({"base": {"moving": {"x": 0.3}}}, "base.moving.x: expected the least and the greatest [m], got 0.3"),
         ({"base": {"moving": {"x": [-300, 300]}}}, "base.moving.x: 300 m looks like mm"),
         ({"base": {"moving": {"yaw": [-90, 90]}}}, "base.moving.yaw: expected at most a whole turn"),

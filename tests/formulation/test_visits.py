@@ -220,6 +220,7 @@ def test_loads_and_segments_at_free_points_are_refused():
     assert of_arm(payload=[load | {"from": 0, "to": 4}], **free).n_var == 7
     line = {"from": 0, "tool": "line"}
     refused(lambda: of_arm(segments=[line], **free), "segments: expected none where postures or the order are chosen")
+    refused(lambda: of_arm(postures=["all"]), r"unknown postures \['all'\]: expected a name, got list")
     upright = {"from": 0, "to": 2, "upright": 0.5}
     refused(lambda: of_arm(segments=[upright], **free), "segments: from 0 to 2: to: point 2 is free in its order")
     assert of_arm(segments=[upright | {"to": 4}], **free).n_ieq_constr > of_arm(**free).n_ieq_constr

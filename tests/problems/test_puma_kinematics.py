@@ -181,7 +181,12 @@ def test_unreachable_points_are_named_and_leave_the_others_alone(point, says):
         ),
         ([[0.5, 0.5, 0.1]], np.diag([1.0, 1.0, -1.0]), BRANCHES[0], "rotation: expected rotation matrices"),
         ([[0.5, 0.5, 0.1]], np.eye(3), ("right", "middle", "flip"), "unknown elbow 'middle'; known: down, up"),
-        ([[0.5, 0.5, 0.1]], np.eye(3), ("right", "up", 1), "unknown wrist '1'; known: flip, noflip"),
+        (
+            [[0.5, 0.5, 0.1]],
+            np.eye(3),
+            ("right", "up", 1),
+            "unknown wrist 1: expected a name, got int; known: flip, noflip",
+        ),
         ([[0.5, 0.5, 0.1]], np.eye(3), "rdn", "branch: expected three words for shoulder, elbow, wrist, got 'rdn'"),
     ],
 )

@@ -276,7 +276,7 @@ def test_bad_input_is_refused(tmp_path):
         (lambda: first_population(problem, 0, starts="spread", seed=1), "size: .*at least 1, got 0"),
         (lambda: first_population(problem, 20, starts="spread", seed=-1), "seed: .*at least 0, got -1"),
         (lambda: optimise(problem, seed=1, starts="magic", **SMALL), "unknown starts 'magic'"),
-        (lambda: optimise(problem, seed=1, starts=3, **SMALL), "unknown starts '3'"),
+        (lambda: optimise(problem, seed=1, starts=3, **SMALL), "unknown starts 3: expected a name, got int"),
     ):
         refused(call, says)
     own = NSGA2(pop_size=16, sampling=np.full((16, 4), 2.0))

@@ -311,7 +311,7 @@ def test_a_broken_task_is_told_with_its_own_line(task):
 
 
 def test_wrong_types_are_refused():
-    refused(lambda: Study(5, seed=1), "unknown problem '5'")
+    refused(lambda: Study(5, seed=1), "unknown problem 5: expected a name, got int")
     refused(lambda: hybrid(seed=-1), "seed: .*greater than or equal to 0, got -1")
     refused(lambda: hybrid(factors={"payload": "ab"}), "factors.payload: expected a list")
     refused(lambda: hybrid(factors={"payload": [PointingMechanism()]}), "expected a number, text, list or table, got P")

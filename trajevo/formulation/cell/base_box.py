@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -123,7 +123,7 @@ class BaseBox:
 
 def _pair(key: str, given: Any, unit: str) -> tuple[float, float]:
     name = f"base.moving.{key}"
-    if isinstance(given, str | Mapping) or not hasattr(given, "__len__") or len(given) != 2:
+    if isinstance(given, str | Mapping | Set) or not hasattr(given, "__len__") or len(given) != 2:
         raise InvalidInputError(f"{name}: expected the least and the greatest [{unit}], got {given!r}")
     low, high = (quantity(end, unit, name=name) if isinstance(end, str) else end for end in given)
     least, greatest = numbers([low, high], name=name, shape=(2,)).tolist()
