@@ -15,20 +15,17 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
 from trajevo.errors import checked_name
-from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.hermite import hermite_segments
 from trajevo.trajectory.interpolants.improved_quartic import OFFSETS, PIECES, control_rates, quartic_pieces
 from trajevo.trajectory.interpolants.interpolant import (
     AtRest,
-    Interpolant,
-    Variable,
+    SegmentTimes,
     breaks_of,
     check_durations,
     checked_bounds,
     checked_points,
     checked_rests,
-    duration_variables,
 )
 from trajevo.trajectory.polynomial import PolynomialBatch
 
@@ -38,7 +35,7 @@ LEAST_POINTS = {"printed": 4, "smooth": 3}
 
 @final
 @dataclass(frozen=True, eq=False)
-class HybridQuartic(Interpolant):
+class HybridQuartic(SegmentTimes):
     """The hybrid curve of Sun 2020 through via points.
 
     Attributes:
@@ -55,9 +52,7 @@ class HybridQuartic(Interpolant):
 
     price_of_rest: ClassVar[str | None] = "its acceleration and jerk are 0 there too"
 
-    points: ViaPoints
     form: str = field(default="smooth", kw_only=True)
-    duration_bounds: tuple[float, float] = field(kw_only=True)
     at_rest: AtRest = field(default=(), kw_only=True)
 
     __repr__ = brief
@@ -67,11 +62,6 @@ class HybridQuartic(Interpolant):
         checked_points(self.points, LEAST_POINTS[self.form], f"the {self.form} hybrid quartic")
         object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
         object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
-
-    @property
-    def variables(self) -> tuple[Variable, ...]:
-        """The segment times."""
-        return duration_variables(len(self.points) - 1, self.duration_bounds)
 
     def __call__(self, x: Array) -> TrajectoryBatch:
         """Curves for segment times of shape (B, n_segments) [s]."""
@@ -88,10 +78,6 @@ class HybridQuartic(Interpolant):
         pieces = np.repeat(inner / PIECES, PIECES, axis=1)
         breaks = breaks_of(np.concatenate([durations[:, :1], pieces, durations[:, -1:]], axis=1))
         return PolynomialBatch(breaks, np.concatenate([first, spline, last], axis=1))
-
-    def via_times(self, x: Array) -> Array:
-        """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
-        return breaks_of(check_durations(x, len(self.points) - 1))
 
     def _spline(self, start: Array, end: Array, durations: Array) -> Array:
         """The quartic pieces between the inner points as polynomials of degree 7, (B, 4 (K - 3), n_joints, 8)."""

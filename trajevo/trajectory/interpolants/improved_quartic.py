@@ -28,14 +28,12 @@ from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.interpolant import (
     AtRest,
-    Interpolant,
-    Variable,
+    SegmentTimes,
     breaks_of,
     check_durations,
     checked_bounds,
     checked_points,
     checked_rests,
-    duration_variables,
 )
 from trajevo.trajectory.polynomial import PolynomialBatch
 
@@ -62,7 +60,7 @@ OFFSETS = {"printed": (1.0 / 24.0, 1.0 / 12.0), "smooth": (1.0 / 8.0, 3.0 / 8.0)
 
 @final
 @dataclass(frozen=True, eq=False)
-class ImprovedQuarticBSpline(Interpolant):
+class ImprovedQuarticBSpline(SegmentTimes):
     """The improved quartic uniform B-spline of Sun 2020 through via points, from rest to rest.
 
     Attributes:
@@ -79,9 +77,7 @@ class ImprovedQuarticBSpline(Interpolant):
 
     price_of_rest: ClassVar[str | None] = "its acceleration and jerk are 0 there too"
 
-    points: ViaPoints
     form: str = field(default="smooth", kw_only=True)
-    duration_bounds: tuple[float, float] = field(kw_only=True)
     at_rest: AtRest = field(default=(), kw_only=True)
 
     __repr__ = brief
@@ -92,11 +88,6 @@ class ImprovedQuarticBSpline(Interpolant):
         object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
         object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
 
-    @property
-    def variables(self) -> tuple[Variable, ...]:
-        """The segment times."""
-        return duration_variables(len(self.points) - 1, self.duration_bounds)
-
     def __call__(self, x: Array) -> TrajectoryBatch:
         """Curves for segment times of shape (B, n_segments) [s]."""
         durations = check_durations(x, len(self.points) - 1)
@@ -105,10 +96,6 @@ class ImprovedQuarticBSpline(Interpolant):
         start, end = np.concatenate([still, after], axis=1), np.concatenate([before, still], axis=1)
         pieces = quartic_pieces(self.points.positions, start, end, durations, self.form)
         return PolynomialBatch(breaks_of(np.repeat(durations / PIECES, PIECES, axis=1)), pieces)
-
-    def via_times(self, x: Array) -> Array:
-        """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
-        return breaks_of(check_durations(x, len(self.points) - 1))
 
 
 def control_rates(points: ViaPoints, durations: Array, form: str, at_rest: AtRest) -> tuple[Array, Array]:

@@ -97,6 +97,28 @@ class Interpolant(ABC):
         """Instants at which the via points are passed, (B, n_variables) -> (B, n_points) [s]."""
 
 
+@dataclass(frozen=True, eq=False)
+class SegmentTimes(Interpolant):
+    """An interpolant through points of which the variables are the times of its segments.
+
+    Attributes:
+        points: the points.
+        duration_bounds: least and greatest time of a segment [s].
+    """
+
+    points: ViaPoints
+    duration_bounds: tuple[float, float] = field(kw_only=True)
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """The segment times."""
+        return duration_variables(len(self.points) - 1, self.duration_bounds)
+
+    def via_times(self, x: Array) -> Array:
+        """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
+        return breaks_of(check_durations(x, len(self.points) - 1))
+
+
 @runtime_checkable
 class PassesNearby(Protocol):
     """An interpolant whose motions pass inner points nearby, or may do so; any other one meets all its points."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -11,15 +11,12 @@ from trajevo.base import polynomials
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
-from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.interpolants.interpolant import (
-    Interpolant,
-    Variable,
+    SegmentTimes,
     breaks_of,
     check_durations,
     checked_bounds,
     checked_points,
-    duration_variables,
 )
 from trajevo.trajectory.polynomial import PolynomialBatch
 
@@ -29,7 +26,7 @@ MOST_POINTS = 8
 
 @final
 @dataclass(frozen=True, eq=False)
-class SinglePolynomial(Interpolant):
+class SinglePolynomial(SegmentTimes):
     """The polynomial of degree K + 3 through K points, at rest without acceleration at both ends.
 
     It is smooth everywhere inside, but its jerk jumps at both ends, and it overshoots far between the points.
@@ -38,9 +35,6 @@ class SinglePolynomial(Interpolant):
         points: 2 to 8 via points; 4 give the septic polynomial.
         duration_bounds: least and greatest time between two points [s].
     """
-
-    points: ViaPoints
-    duration_bounds: tuple[float, float] = field(kw_only=True)
 
     __repr__ = brief
 
@@ -52,11 +46,6 @@ class SinglePolynomial(Interpolant):
             )
         object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
 
-    @property
-    def variables(self) -> tuple[Variable, ...]:
-        """The times between points."""
-        return duration_variables(len(self.points) - 1, self.duration_bounds)
-
     def __call__(self, x: Array) -> PolynomialBatch:
         """Polynomials for times of shape (B, K - 1) [s], cut at the points."""
         breaks = breaks_of(check_durations(x, len(self.points) - 1))
@@ -66,10 +55,6 @@ class SinglePolynomial(Interpolant):
         pieces = polynomials.shifted(whole[:, :, None], unit[:, :-1, None])
         powers = total[:, None, None] ** np.arange(float(len(whole)))[:, None, None, None]
         return PolynomialBatch(breaks, np.moveaxis(pieces / powers, 0, -1))
-
-    def via_times(self, x: Array) -> Array:
-        """When the points are passed, (B, K - 1) -> (B, K) [s]."""
-        return breaks_of(check_durations(x, len(self.points) - 1))
 
     def _unit_coefficients(self, unit: Array) -> Array:
         """Coefficients in powers of t / T, shape (B, n_joints, K + 4).

@@ -26,22 +26,17 @@ from trajevo.path.via_points import ViaPoints
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.interpolants.hermite import odd_spline, solve_block_tridiagonal
 from trajevo.trajectory.interpolants.interpolant import (
-    AtRest,
-    Interpolant,
     Variable,
     alike,
     breaks_of,
     check_durations,
-    checked_bounds,
-    checked_points,
-    checked_rests,
     decision_vectors,
     duration_variables,
     known_velocities,
-    set_velocities,
 )
 from trajevo.trajectory.interpolants.splines.basis import basis_pieces
 from trajevo.trajectory.interpolants.splines.gaps import divided, half_widths, named_joints, on_pieces, weight_variables
+from trajevo.trajectory.interpolants.splines.spline import Spline
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Degrees, and greatest number of free control points that a gap adds.
@@ -59,7 +54,7 @@ _WIDTH = 0.25
 
 @final
 @dataclass(frozen=True, eq=False)
-class BSpline(Interpolant):
+class BSpline(Spline):
     """Clamped B-spline through the points, with free control points between them.
 
     All derivatives below the degree are continuous. What is held at both ends is 0, or velocity and acceleration as
@@ -89,10 +84,8 @@ class BSpline(Interpolant):
     """
 
     price_of_rest: ClassVar[str | None] = "one of its control points is no longer free"
-    takes_velocities: ClassVar[bool] = True
+    called: ClassVar[str] = "the B-spline"
 
-    points: ViaPoints
-    duration_bounds: tuple[float, float] = field(kw_only=True)
     degree: int = field(default=3, kw_only=True)
     control_points: int = field(default=3, kw_only=True)
     knots: str = field(default="free", kw_only=True)
@@ -100,21 +93,12 @@ class BSpline(Interpolant):
     half_width: Array | None = field(default=None, kw_only=True)
     joints: tuple[str, ...] | None = field(default=None, kw_only=True)
     units: tuple[str, ...] | None = field(default=None, kw_only=True)
-    at_rest: AtRest = field(default=(), kw_only=True)
-    velocities: Mapping[int, Array] = field(default_factory=dict, kw_only=True)
-    start_velocity: Array | None = field(default=None, kw_only=True)
-    start_acceleration: Array | None = field(default=None, kw_only=True)
-    end_velocity: Array | None = field(default=None, kw_only=True)
-    end_acceleration: Array | None = field(default=None, kw_only=True)
 
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        checked_points(self.points, 2, "the B-spline")
-        object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
+        super().__post_init__()
         check_shape(self.degree, self.control_points, self.knots, self.ends)
-        object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
-        set_velocities(self)
         self._name_joints()
         self._check_ends()
         least = self._held + 2 - self._middle

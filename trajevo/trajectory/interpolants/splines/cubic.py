@@ -6,8 +6,7 @@ positions are free, the second and the last but one, make up for it: m = m₀ + 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
@@ -16,23 +15,17 @@ from trajevo.base import jit, polynomials
 from trajevo.base.arrays import Array
 from trajevo.base.jit import fast
 from trajevo.base.shown.brief import brief
-from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.interpolant import (
     END_STATES,
-    AtRest,
-    Interpolant,
     Variable,
     alike,
     breaks_of,
     check_durations,
-    checked_bounds,
-    checked_points,
-    checked_rests,
     duration_variables,
     known_velocities,
-    set_velocities,
 )
+from trajevo.trajectory.interpolants.splines.spline import Spline
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 
@@ -102,7 +95,7 @@ def _accelerations(step: Array, known: Array, share: Array, a: Array) -> None:
 
 @final
 @dataclass(frozen=True, eq=False)
-class CubicSpline(Interpolant):
+class CubicSpline(Spline):
     """C2 cubic spline through the points with two virtual knots; velocity and acceleration are given at both ends.
 
     Attributes:
@@ -118,25 +111,10 @@ class CubicSpline(Interpolant):
     """
 
     price_of_rest: ClassVar[str | None] = "its jerk may jump half-way through the next interval"
-    takes_velocities: ClassVar[bool] = True
+    called: ClassVar[str] = "the cubic spline"
     virtual_knots: ClassVar[int | None] = 1
 
-    points: ViaPoints
-    duration_bounds: tuple[float, float] = field(kw_only=True)
-    start_velocity: Array | None = field(default=None, kw_only=True)
-    start_acceleration: Array | None = field(default=None, kw_only=True)
-    end_velocity: Array | None = field(default=None, kw_only=True)
-    end_acceleration: Array | None = field(default=None, kw_only=True)
-    at_rest: AtRest = field(default=(), kw_only=True)
-    velocities: Mapping[int, Array] = field(default_factory=dict, kw_only=True)
-
     __repr__ = brief
-
-    def __post_init__(self) -> None:
-        checked_points(self.points, 2, "the cubic spline")
-        object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
-        object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
-        set_velocities(self)
 
     @property
     def variables(self) -> tuple[Variable, ...]:

@@ -8,7 +8,6 @@ are 0 the motion is the cubic spline, and freedom never makes a motion worse.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar, final
@@ -22,21 +21,16 @@ from trajevo.path.via_points import ViaPoints
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.interpolants.hermite import hermite_segments, odd_spline
 from trajevo.trajectory.interpolants.interpolant import (
-    AtRest,
-    Interpolant,
     Variable,
     breaks_of,
     check_durations,
-    checked_bounds,
-    checked_points,
-    checked_rests,
     decision_vectors,
     duration_variables,
     known_velocities,
-    set_velocities,
 )
 from trajevo.trajectory.interpolants.splines.free_points import checked_count
 from trajevo.trajectory.interpolants.splines.gaps import divided, half_widths, named_joints, on_pieces, weight_variables
+from trajevo.trajectory.interpolants.splines.spline import Spline
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Half width of what is free, as a share of the joint's range over the via points: of the distance that a velocity
@@ -46,7 +40,7 @@ _TRAVEL, _WIDTH = 1.0, 0.25
 
 @final
 @dataclass(frozen=True, eq=False)
-class HermiteSpline(Interpolant):
+class HermiteSpline(Spline):
     """C1 cubic Hermite spline through the points, at rest at both ends, with free velocities.
 
     Accelerations may jump at every knot and at both ends, so that its jerk is infinite there.
@@ -71,30 +65,19 @@ class HermiteSpline(Interpolant):
     """
 
     price_of_rest: ClassVar[str | None] = "its velocity there is no longer free"
-    takes_velocities: ClassVar[bool] = True
+    called: ClassVar[str] = "the Hermite spline"
     continuous: ClassVar[int] = 1
 
-    points: ViaPoints
-    duration_bounds: tuple[float, float] = field(kw_only=True)
     extra_points: int = field(default=0, kw_only=True)
     span: Array | None = field(default=None, kw_only=True)
     joints: tuple[str, ...] | None = field(default=None, kw_only=True)
     units: tuple[str, ...] | None = field(default=None, kw_only=True)
-    at_rest: AtRest = field(default=(), kw_only=True)
-    velocities: Mapping[int, Array] = field(default_factory=dict, kw_only=True)
-    start_velocity: Array | None = field(default=None, kw_only=True)
-    start_acceleration: Array | None = field(default=None, kw_only=True)
-    end_velocity: Array | None = field(default=None, kw_only=True)
-    end_acceleration: Array | None = field(default=None, kw_only=True)
 
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        checked_points(self.points, 2, "the Hermite spline")
-        object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
+        super().__post_init__()
         object.__setattr__(self, "extra_points", checked_count(self.extra_points))
-        object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
-        set_velocities(self)
         named = named_joints(self.points, self.joints, self.units, self.span, 1.0, name="span")
         for name, value in zip(("joints", "units", "span"), named, strict=True):
             object.__setattr__(self, name, value)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, final
 
@@ -10,28 +9,50 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
-from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.hermite import odd_spline
 from trajevo.trajectory.interpolants.interpolant import (
     END_STATES,
-    AtRest,
-    Interpolant,
-    Variable,
-    breaks_of,
     check_cycle,
     check_durations,
-    checked_bounds,
-    checked_points,
-    checked_rests,
-    duration_variables,
-    set_velocities,
 )
+from trajevo.trajectory.interpolants.splines.spline import Spline
+
+
+@dataclass(frozen=True, eq=False)
+class OddDegreeSpline(Spline):
+    """A spline of odd degree with as many continuous derivatives as it can have.
+
+    Attributes:
+        cyclic: whether the end meets the start with all continuous derivatives; the last point is then the first one.
+    """
+
+    takes_cycles: ClassVar[bool] = True
+    virtual_knots: ClassVar[int | None] = 0
+    #: Derivatives from 0 on that two pieces share by their values at a point: half the coefficients of a piece.
+    conditions: ClassVar[int]
+
+    cyclic: bool = field(default=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_cycle(self)
+
+    def __call__(self, x: Array) -> TrajectoryBatch:
+        """Splines for segment times of shape (B, n_segments) [s]."""
+        return self.through(self.points.positions, x)
+
+    def through(self, positions: Array, x: Array) -> TrajectoryBatch:
+        """The same through other points, (n_points, n_joints) or of each motion (B, n_points, n_joints) [rad or m]."""
+        ends = np.stack([getattr(self, name) for name in END_STATES])
+        given: dict[str, Any] = {"at_rest": self.at_rest, "velocities": self.velocities, "cyclic": self.cyclic}
+        durations = check_durations(x, len(self.points) - 1)
+        return odd_spline(positions, durations, self.conditions, ends=ends if ends.any() else None, **given)
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class QuinticSpline(Interpolant):
+class QuinticSpline(OddDegreeSpline):
     """C4 quintic spline through the points; velocity and acceleration given at both ends, but not jerk.
 
     Attributes:
@@ -48,50 +69,15 @@ class QuinticSpline(Interpolant):
     """
 
     price_of_rest: ClassVar[str | None] = "its fourth derivative may jump there"
-    takes_velocities: ClassVar[bool] = True
-    takes_cycles: ClassVar[bool] = True
-    virtual_knots: ClassVar[int | None] = 0
-
-    points: ViaPoints
-    duration_bounds: tuple[float, float] = field(kw_only=True)
-    at_rest: AtRest = field(default=(), kw_only=True)
-    velocities: Mapping[int, Array] = field(default_factory=dict, kw_only=True)
-    start_velocity: Array | None = field(default=None, kw_only=True)
-    start_acceleration: Array | None = field(default=None, kw_only=True)
-    end_velocity: Array | None = field(default=None, kw_only=True)
-    end_acceleration: Array | None = field(default=None, kw_only=True)
-    cyclic: bool = field(default=False, kw_only=True)
+    called: ClassVar[str] = "the quintic spline"
+    conditions: ClassVar[int] = 3
 
     __repr__ = brief
-
-    def __post_init__(self) -> None:
-        checked_points(self.points, 2, "the quintic spline")
-        object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
-        object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
-        set_velocities(self)
-        check_cycle(self)
-
-    @property
-    def variables(self) -> tuple[Variable, ...]:
-        """The segment times."""
-        return duration_variables(len(self.points) - 1, self.duration_bounds)
-
-    def __call__(self, x: Array) -> TrajectoryBatch:
-        """Splines for segment times of shape (B, n_segments) [s]."""
-        return self.through(self.points.positions, x)
-
-    def through(self, positions: Array, x: Array) -> TrajectoryBatch:
-        """The same through other points, (n_points, n_joints) or of each motion (B, n_points, n_joints) [rad or m]."""
-        return _spline(self, positions, check_durations(x, len(self.points) - 1), 3)
-
-    def via_times(self, x: Array) -> Array:
-        """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
-        return breaks_of(check_durations(x, len(self.points) - 1))
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class SepticSpline(Interpolant):
+class SepticSpline(OddDegreeSpline):
     """C6 septic spline through the points; velocity and acceleration given, and jerk zero, at both ends.
 
     Attributes:
@@ -108,54 +94,7 @@ class SepticSpline(Interpolant):
     """
 
     price_of_rest: ClassVar[str | None] = "its sixth derivative may jump there"
-    takes_velocities: ClassVar[bool] = True
-    takes_cycles: ClassVar[bool] = True
-    virtual_knots: ClassVar[int | None] = 0
-
-    points: ViaPoints
-    duration_bounds: tuple[float, float] = field(kw_only=True)
-    at_rest: AtRest = field(default=(), kw_only=True)
-    velocities: Mapping[int, Array] = field(default_factory=dict, kw_only=True)
-    start_velocity: Array | None = field(default=None, kw_only=True)
-    start_acceleration: Array | None = field(default=None, kw_only=True)
-    end_velocity: Array | None = field(default=None, kw_only=True)
-    end_acceleration: Array | None = field(default=None, kw_only=True)
-    cyclic: bool = field(default=False, kw_only=True)
+    called: ClassVar[str] = "the septic spline"
+    conditions: ClassVar[int] = 4
 
     __repr__ = brief
-
-    def __post_init__(self) -> None:
-        checked_points(self.points, 2, "the septic spline")
-        object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
-        object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
-        set_velocities(self)
-        check_cycle(self)
-
-    @property
-    def variables(self) -> tuple[Variable, ...]:
-        """The segment times."""
-        return duration_variables(len(self.points) - 1, self.duration_bounds)
-
-    def __call__(self, x: Array) -> TrajectoryBatch:
-        """Splines for segment times of shape (B, n_segments) [s]."""
-        return self.through(self.points.positions, x)
-
-    def through(self, positions: Array, x: Array) -> TrajectoryBatch:
-        """The same through other points, (n_points, n_joints) or of each motion (B, n_points, n_joints) [rad or m]."""
-        return _spline(self, positions, check_durations(x, len(self.points) - 1), 4)
-
-    def via_times(self, x: Array) -> Array:
-        """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
-        return breaks_of(check_durations(x, len(self.points) - 1))
-
-
-def _spline(spline: Any, positions: Array, durations: Array, r: int) -> TrajectoryBatch:
-    """The spline of one of these classes, with its given velocities."""
-    ends = np.stack([getattr(spline, name) for name in END_STATES])
-    given = {
-        "at_rest": spline.at_rest,
-        "velocities": spline.velocities,
-        "ends": ends if ends.any() else None,
-        "cyclic": spline.cyclic,
-    }
-    return odd_spline(positions, durations, r, **given)

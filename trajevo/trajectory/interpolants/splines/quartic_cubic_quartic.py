@@ -7,30 +7,27 @@ that Raji 2022, section 2.6, names 4-3-4, whose 14 coefficients are given by 14 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
-from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.interpolant import (
-    Interpolant,
-    Variable,
+    SegmentTimes,
     breaks_of,
     check_durations,
     checked_bounds,
     checked_points,
-    duration_variables,
 )
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class QuarticCubicQuartic(Interpolant):
+class QuarticCubicQuartic(SegmentTimes):
     """The C2 spline 4-3-4 through via points; velocity and acceleration are 0 at both ends, the jerk is not.
 
     Attributes:
@@ -41,19 +38,11 @@ class QuarticCubicQuartic(Interpolant):
         InvalidInputError: too few points, or bad bounds.
     """
 
-    points: ViaPoints
-    duration_bounds: tuple[float, float] = field(kw_only=True)
-
     __repr__ = brief
 
     def __post_init__(self) -> None:
         checked_points(self.points, 3, "the curve of quartic, cubics and quartic")
         object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
-
-    @property
-    def variables(self) -> tuple[Variable, ...]:
-        """The segment times."""
-        return duration_variables(len(self.points) - 1, self.duration_bounds)
 
     def __call__(self, x: Array) -> TrajectoryBatch:
         """Curves for segment times of shape (B, n_segments) [s]."""
@@ -70,10 +59,6 @@ class QuarticCubicQuartic(Interpolant):
         c[:, -1, :, 2] = 6.0 * chord[-1] - 3.0 * start[:, -1]
         c[:, -1, :, 3], c[:, -1, :, 4] = 3.0 * start[:, -1] - 8.0 * chord[-1], 3.0 * chord[-1] - start[:, -1]
         return PolynomialBatch(breaks_of(durations), c / span[..., None] ** np.arange(5))
-
-    def via_times(self, x: Array) -> Array:
-        """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
-        return breaks_of(check_durations(x, len(self.points) - 1))
 
     def _velocities(self, durations: Array) -> Array:
         """Velocities at all points with which the acceleration is continuous, (B, n_points, n_joints) [rad/s or m/s].
