@@ -35,16 +35,19 @@ def arm(motion: Solution | Rollout, rollout: Rollout, pack: Packed) -> dict[str,
         pack: where the arrays go.
     """
     robot = rollout.robot
-    few = rollout.trajectory.real_rows(np.linspace(0, len(rollout.trajectory) - 1, _MOTIONS).astype(np.intp))
+    rows = np.linspace(0, len(rollout.trajectory) - 1, _MOTIONS).astype(np.intp)
+    few = rollout.trajectory.real_rows(rows)
     q = few.evaluate(few.duration[:, None] * np.linspace(0.0, 1.0, _INSTANTS)).reshape(-1, robot.dof)
-    origins, _ = robot.joint_poses(q)
-    seen = np.concatenate([np.zeros((1, 3)), origins.reshape(-1, 3)])
+    origins = robot.joint_poses(q)[0].reshape(_MOTIONS, -1, 3)
+    seen = np.concatenate([np.zeros((_MOTIONS, 1, 3)), origins], axis=1)
+    placed = None if rollout.arranged is None else rollout.arranged.placements
+    if placed is not None:
+        seen = seen @ placed[0][rows].real.swapaxes(1, 2) + placed[1][rows, None].real
+    seen = seen.reshape(-1, 3)
     low, high = seen.min(axis=0), seen.max(axis=0)
     middle, extent = 0.5 * (low + high), max(float(np.linalg.norm(high - low)), 1e-9)
     shapes, why = _shapes(robot)
-    # Motions from different bases would each have the obstacles elsewhere.
-    apart = rollout.arranged is not None and rollout.arranged.bases is not None and len(rollout.trajectory) > 1
-    around = [] if apart else scenery(motion, middle, _WIDE * extent)
+    around = scenery(motion, middle, _WIDE * extent)
     return {
         **_chain(robot),
         "middle": middle.tolist(),

@@ -16,7 +16,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
 from trajevo.plots.chain import chains_of, stand_upright
 from trajevo.plots.motion import equal_axes
-from trajevo.plots.scenery import scenery
+from trajevo.plots.scenery import Standing, scenery
 from trajevo.robot.robot import Robot
 from trajevo.robot.shapes.geometry import link_shapes
 
@@ -81,8 +81,9 @@ def _filmed(motion: Any, rollout: Rollout, times: Array, writer: Any, file: Path
     robot, trajectory = rollout.robot, rollout.trajectory[0]
     q = trajectory.evaluate(times)[0]
     positions, rotations = robot.joint_poses(q)
-    path = robot.tool_poses(trajectory.sample(300).q[0])[0]
-    chains = chains_of(robot, q)
+    standing = Standing.of(rollout)
+    path = standing(robot.tool_poses(trajectory.sample(300).q[0])[0])
+    chains = standing(chains_of(robot, q))
     seen = np.concatenate([path, chains.reshape(-1, 3)])
     middle, extent = 0.5 * (seen.min(axis=0) + seen.max(axis=0)), float(np.linalg.norm(np.ptp(seen, axis=0)))
     shapes, around = _shapes(robot), scenery(motion, middle, _WIDE * extent)
@@ -96,7 +97,7 @@ def _filmed(motion: Any, rollout: Rollout, times: Array, writer: Any, file: Path
                 ax.plot(*path.T, color="black", linewidth=0.8)
                 for triangles, joint, colour, opacity in [*shapes, *_placed(around, float(time))]:
                     turned = triangles if not joint else triangles @ rotations[k, joint - 1].T + positions[k, joint - 1]
-                    _add(ax, turned, colour, opacity)
+                    _add(ax, turned if joint is None else standing(turned), colour, opacity)
                 if not shapes:
                     ax.plot(*chains[k].T, "o-", color="#1f77b4", linewidth=3.0, markersize=5.0)
                 equal_axes(ax, seen)
@@ -108,8 +109,8 @@ def _filmed(motion: Any, rollout: Rollout, times: Array, writer: Any, file: Path
         plt.close(fig)
 
 
-#: Triangles (M, 3, 3) [m] in the frame of a joint, its number, colour and opacity.
-_Drawn = tuple[Array, int, Any, float]
+#: Triangles (M, 3, 3) [m] in the frame of a joint or of the cell, its number or None, colour and opacity.
+_Drawn = tuple[Array, int | None, Any, float]
 
 
 def _shapes(robot: Robot) -> list[_Drawn]:
@@ -125,7 +126,7 @@ def _shapes(robot: Robot) -> list[_Drawn]:
 
 def _near(around: Any, middle: Array, extent: float) -> list[Array]:
     """Corners, (N, 3) [m], of what stands no farther from the middle of a motion than twice its length."""
-    still = [one for one in around if one.joint == 0 and one.motion is None and not one.endless]
+    still = [one for one in around if not one.joint and one.motion is None and not one.endless]
     corners = [one.triangles.reshape(-1, 3) for one in still]
     return [each for each in corners if np.linalg.norm(each - middle, axis=1).max() < 2.0 * extent]
 

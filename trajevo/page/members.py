@@ -75,7 +75,7 @@ def via_times(front: Front, x: Array, pack: Packed) -> dict[str, Any] | None:
 
 
 def motions_of(rollout: Rollout, pack: Packed) -> dict[str, Any]:
-    """Motions as piecewise polynomials, with efforts and, where a robot needs them, positions of its model's joints.
+    """Motions as piecewise polynomials, with efforts and, as needed, positions of the model's joints and bases.
 
     Args:
         rollout: the robot on R motions.
@@ -85,6 +85,9 @@ def motions_of(rollout: Rollout, pack: Packed) -> dict[str, Any]:
     found = {"breaks": pack.add(motion.breaks, "f4"), "coefficients": pack.add(motion.coefficients, "f4")}
     if rollout.robot.gives_effort:
         found |= _efforts(rollout, motion.breaks, pack)
+    placed = None if rollout.arranged is None else rollout.arranged.placements
+    if placed is not None:
+        found["bases"] = pack.add(_matrices(*placed), "f4")
     if not _linear(rollout.robot.transmission) and rollout.robot.has_body:
         shares = np.linspace(0.0, 1.0, _PIECES + 1)
         q = rollout.trajectory.evaluate(rollout.trajectory.duration[:, None] * shares)
@@ -132,6 +135,13 @@ def as_polynomials(trajectory: TrajectoryBatch) -> PolynomialBatch:
     found = np.array(hermite_segments(begin, end, np.where(nothing, 1.0, durations)))
     found[nothing, :, 1:] = 0.0
     return PolynomialBatch(breaks, found)
+
+
+def _matrices(rotations: Array, translations: Array) -> Array:
+    """Placements as matrices of homogeneous coordinates, column by column as WebGL has them, shape (R, 16)."""
+    placed = np.tile(np.eye(4), (len(rotations), 1, 1))
+    placed[:, :3, :3], placed[:, :3, 3] = rotations.real, translations.real
+    return placed.swapaxes(1, 2).reshape(-1, 16)
 
 
 def _bytes_each(rollout: Rollout) -> int:

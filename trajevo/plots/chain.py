@@ -15,7 +15,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
 from trajevo.plots.motion import equal_axes
 from trajevo.plots.paper import Width, inches, panel, scale_beside, sequence
-from trajevo.plots.scenery import Surface, scenery
+from trajevo.plots.scenery import Standing, Surface, scenery
 from trajevo.robot.robot import Robot
 
 _BLUE, _SOLID, _GROUND = 0x1F77B4, 0xB0A090, 0xD9DDE1
@@ -46,15 +46,17 @@ def stick_figure(motion: Solution | Rollout, *, count: int = 6, ax: Any = None, 
     if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
         raise InvalidInputError(f"count: expected a positive whole number, got {count!r}")
     trajectory, robot = rollout.trajectory[0], rollout.robot
-    path, _ = robot.tool_poses(trajectory.sample(400).q[0])
+    standing = Standing.of(rollout)
+    path = standing(robot.tool_poses(trajectory.sample(400).q[0])[0])
     times = np.linspace(0.0, float(trajectory.duration[0]), count)
-    chains = chains_of(robot, trajectory.evaluate(times)[0])
+    chains = standing(chains_of(robot, trajectory.evaluate(times)[0]))
     with panel(ax, width=width, height=0.75 * 25.4 * inches(width), space=True) as space:
         colours = ScalarMappable(Normalize(0.0, float(trajectory.duration[0])), sequence())
         for chain, time in zip(chains, times, strict=True):
             space.plot(*chain.T, "o-", color=colours.to_rgba(time), linewidth=1.8, markersize=3)
         space.plot(*path.T, "-", color="black", linewidth=0.7)
-        shown = np.concatenate([path, chains.reshape(-1, 3), *_surroundings(space, motion, rollout, chains)])
+        around = _surroundings(space, motion, rollout, chains, standing)
+        shown = np.concatenate([path, chains.reshape(-1, 3), *around])
         equal_axes(space, shown)
         stand_upright(space, robot)
         scale_beside(space, colours, "time [s]")
@@ -77,7 +79,7 @@ def stand_upright(ax: Any, robot: Robot) -> None:
         ax.view_init(elev=20, azim=-60, vertical_axis="xyz"[vertical])
 
 
-def _surroundings(ax: Any, motion: Any, rollout: Rollout, chains: Array) -> list[Array]:
+def _surroundings(ax: Any, motion: Any, rollout: Rollout, chains: Array, standing: Standing) -> list[Array]:
     """Draw the scene at the end of the motion; points that are to be seen, (K, 3) [m] each."""
     corners = chains.reshape(-1, 3)
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -85,12 +87,14 @@ def _surroundings(ax: Any, motion: Any, rollout: Rollout, chains: Array) -> list
     positions, rotations = rollout.robot.joint_poses(end)
     seen = []
     for surface in _surfaces(motion, chains):
-        drawn, k = surface.triangles, surface.joint - 1
+        drawn = surface.triangles
         if surface.motion is not None:
             (rotation,), (position,) = surface.motion.poses(rollout.trajectory[0].duration)
             drawn = drawn @ rotation.T + position
         if surface.joint:
-            drawn = drawn @ rotations[0, k].T + positions[0, k]
+            drawn = drawn @ rotations[0, surface.joint - 1].T + positions[0, surface.joint - 1]
+        if surface.joint is not None:
+            drawn = standing(drawn)
         colour = f"#{_GROUND if surface.endless else _BLUE if surface.attached else _SOLID:06x}"
         ax.add_collection3d(Poly3DCollection(drawn, facecolor=colour, alpha=0.15 if surface.endless else 0.35))
         if not surface.endless:

@@ -13,6 +13,7 @@ from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.front.front import Solution
 from trajevo.plots.paper import BEYOND, LIMIT, NOTE, TWO_BESIDE, Width, colour, curve, inches, key, panel, panels
 from trajevo.plots.pareto import clear_space
+from trajevo.plots.scenery import Standing
 from trajevo.trajectory.batch import DERIVATIVES
 
 #: A limit further from all curves than this share of their extent would leave them less than half of a panel.
@@ -161,14 +162,15 @@ def tool_path(motion: Solution | Rollout, *, samples: int = 400, ax: Any = None,
     """
     rollout = rollout_of(motion)
     rollout.robot.check_body("a picture of the tool's path")
-    positions, _ = rollout.robot.tool_poses(rollout.trajectory[0].sample(samples).q[0])
+    standing = Standing.of(rollout)
+    positions = standing(rollout.robot.tool_poses(rollout.trajectory[0].sample(samples).q[0])[0])
     with panel(ax, width=width, height=0.72 * 25.4 * inches(width), space=True) as space:
         space.plot(*positions.T, **curve(0))
         space.plot(*positions[0, :, None], "o", color=colour(5), linestyle="none", label="start")
         space.plot(*positions[-1, :, None], "s", color=colour(1), linestyle="none", label="end")
         if isinstance(motion, Solution):
             times = motion.front.problem.via_times(motion.x)[0]
-            via, _ = rollout.robot.tool_poses(rollout.trajectory[0].evaluate(times)[0])
+            via = standing(rollout.robot.tool_poses(rollout.trajectory[0].evaluate(times)[0])[0])
             looks: dict[str, Any] = {"linestyle": "none", "label": "via points"}
             space.plot(*via[1:-1].T, "D", color=colour(3), markersize=3.5, **looks)
         equal_axes(space, positions)

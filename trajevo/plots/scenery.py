@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.clearance import scene_of
 from trajevo.formulation.constraints.scene import Box, Capsule, Cylinder, Obstacle, Plane, Sphere
@@ -24,21 +24,44 @@ class Surface(NamedTuple):
 
     Attributes:
         triangles: corners, in the frame that carries it, counter-clockwise from outside, (M, 3, 3) [m].
-        joint: number of the joint that carries it, 0 for the base.
+        joint: number of the joint that carries it, 0 for the base of the robot; None for the cell.
         endless: whether it is part of a plane.
         attached: whether it is attached to a link.
-        motion: how the frame that carries it moves by itself; None for a joint's frame or the base.
+        motion: how the frame that carries it moves by itself; None for a joint's frame, the base or the cell.
     """
 
     triangles: Array
-    joint: int
+    joint: int | None
     endless: bool = False
     attached: bool = False
     motion: ObstacleMotion | None = None
 
 
+class Standing(NamedTuple):
+    """Where the base of a robot stands, as what takes places from where they are at its given place to where they are.
+
+    Attributes:
+        rotation: shape (3, 3).
+        translation: shape (3,) [m].
+    """
+
+    rotation: Array
+    translation: Array
+
+    @classmethod
+    def of(cls, rollout: Rollout) -> Standing:
+        """That of the first motion of a rollout."""
+        found = None if rollout.arranged is None else rollout.arranged.placements
+        return cls(np.eye(3), np.zeros(3)) if found is None else cls(found[0][0].real, found[1][0].real)
+
+    def __call__(self, places: Array) -> Array:
+        """Places in the cell, shape (..., 3) [m], of those at the given place."""
+        moved: Array = places @ self.rotation.T + self.translation
+        return moved
+
+
 def scenery(motion: Any, middle: Array, width: float) -> list[Surface]:
-    """The obstacles of a solution's problem, and what is attached to its robot.
+    """The obstacles of a solution's problem, in the frame of the cell, and what is attached to its robot.
 
     Args:
         motion: a solution; a rollout knows of no scene.
@@ -49,12 +72,10 @@ def scenery(motion: Any, middle: Array, width: float) -> list[Surface]:
     scene = None if front is None else scene_of(front.problem.constraints)
     if scene is None:
         return []
-    arranged = motion.rollout.arranged
-    back = _seen_from(None if arranged is None else arranged.bases, None if arranged is None else arranged.origin)
     drawn = [
         Surface(
-            _placed(solid, *back(solid.rotation, np.array(solid.position)), middle, width),
-            0,
+            _placed(solid, solid.rotation, np.array(solid.position), middle, width),
+            None,
             endless=isinstance(solid, Plane),
             motion=solid.motion,
         )
@@ -65,16 +86,6 @@ def scenery(motion: Any, middle: Array, width: float) -> list[Surface]:
     ):
         drawn.append(Surface(_placed(solid, place.rotation, place.position, middle, width), place.joint, attached=True))
     return drawn
-
-
-def _seen_from(bases: Array | None, origin: Array | None) -> Callable[[Array, Array], tuple[Array, Array]]:
-    """What turns places in the cell into those in the frame in which the robot's base has not moved."""
-    if bases is None or origin is None:
-        return lambda rotation, position: (rotation, position)
-    (x, y, z, yaw), given = bases[0].real.tolist(), np.asarray(origin)
-    cosine, sine = np.cos(yaw), np.sin(yaw)
-    turned = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    return lambda rotation, position: (turned @ rotation, given + turned @ (position - given - np.array([x, y, z])))
 
 
 def _placed(solid: Obstacle, rotation: Array, position: Array, middle: Array, width: float) -> Array:

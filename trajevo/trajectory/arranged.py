@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
+import numpy as np
+
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
 
@@ -32,3 +34,28 @@ class Arranged:
     branch: Array | None = None
 
     __repr__ = brief
+
+    @property
+    def placements(self) -> tuple[Array, Array] | None:
+        """What takes places on robots from where they are without displacement of the base to where they are.
+
+        Returns:
+            Rotations (B, 3, 3) and translations (B, 3) [m]; None if no base moves.
+        """
+        if self.bases is None or self.origin is None:
+            return None
+        turned = base_rotations(self.bases)
+        return turned, self.origin + self.bases[:, :3] - turned @ self.origin
+
+
+def base_rotations(bases: Array) -> Array:
+    """Rotations from the frames of displaced bases to that of the cell, shape (B, 3, 3); complex ones stay complex.
+
+    Args:
+        bases: displacements, shape (B, 4), see :attr:`Arranged.bases` [m, and rad from yaw on].
+    """
+    turned = np.zeros((len(bases), 3, 3), dtype=bases.dtype)
+    cosine, sine = np.cos(bases[:, 3]), np.sin(bases[:, 3])
+    turned[:, 0, 0], turned[:, 0, 1], turned[:, 1, 0], turned[:, 1, 1] = cosine, -sine, sine, cosine
+    turned[:, 2, 2] = 1.0
+    return turned

@@ -13,6 +13,7 @@ class Chain {
     this.tool = new three.Matrix4().fromArray(arm.tool.place);
     this.frames = arm.places.map(() => new three.Matrix4());
     this.own = new three.Matrix4();
+    this.root = new three.Matrix4();
     this.atTool = new three.Matrix4();
   }
 
@@ -25,8 +26,9 @@ class Chain {
     return leads.map((line) => line.reduce((sum, share, k) => sum + share * (k < q.length ? q[k] : 1), 0));
   }
 
-  /** Set the frames of all joints, and that of the tool. */
+  /** Set the frames of the base, of all joints, and that of the tool. */
   move(row, time) {
+    if (this.motions.bases) this.root.fromArray(this.motions.bases, 16 * row);
     const q = this.positions(row, time);
     const {parents, columns, turns, tool} = this.arm;
     for (let k = 0; k < parents.length; k += 1) {
@@ -34,9 +36,9 @@ class Chain {
       if (turns[k]) this.own.makeRotationAxis(this.axes[k], value);
       else this.own.makeTranslation(...this.axes[k].clone().multiplyScalar(value).toArray());
       this.frames[k].multiplyMatrices(this.places[k], this.own);
-      if (parents[k]) this.frames[k].premultiply(this.frames[parents[k] - 1]);
+      this.frames[k].premultiply(parents[k] ? this.frames[parents[k] - 1] : this.root);
     }
-    this.atTool.copy(tool.joint ? this.frames[tool.joint - 1] : new this.three.Matrix4()).multiply(this.tool);
+    this.atTool.copy(tool.joint ? this.frames[tool.joint - 1] : this.root).multiply(this.tool);
   }
 
   /** Where the tool is at even instants of a motion. */
@@ -107,7 +109,7 @@ class ArmView {
       frame.matrixAutoUpdate = false;
       this.world.add(frame);
     }
-    this.world.add(this.axesOf(0.1));
+    this.frames[0].add(this.axesOf(0.1));
     this.tool = this.axesOf(0.08);
     this.tool.matrixAutoUpdate = false;
     this.world.add(this.tool);
@@ -146,7 +148,7 @@ class ArmView {
         this.moving.push({mesh, times: array(surface.times), poses: array(surface.poses)});
         this.world.add(mesh);
       } else {
-        this.frames[surface.joint].add(mesh);
+        (surface.joint === null ? this.world : this.frames[surface.joint]).add(mesh);
       }
     }
     this.loads = this.arm.loads.map((load) => {
@@ -297,6 +299,7 @@ class ArmView {
   drawNow() {
     const {state, chain} = this;
     chain.move(state.chosen, state.time);
+    this.frames[0].matrix.copy(chain.root);
     chain.frames.forEach((matrix, k) => this.frames[k + 1].matrix.copy(matrix));
     this.tool.matrix.copy(chain.atTool);
     if (this.sticks) this.placeSticks();
@@ -325,7 +328,7 @@ class ArmView {
   placeSticks() {
     const {three, chain, arm} = this;
     const at = (matrix) => new three.Vector3().setFromMatrixPosition(matrix);
-    const base = new three.Vector3();
+    const base = at(chain.root);
     const ends = arm.parents.map((parent, k) => [parent ? at(chain.frames[parent - 1]) : base, at(chain.frames[k])]);
     ends.push([arm.tool.joint ? at(chain.frames[arm.tool.joint - 1]) : base, at(chain.atTool)]);
     ends.forEach(([begin, end], k) => {

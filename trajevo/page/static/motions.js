@@ -13,6 +13,7 @@ class Motions {
     this.effort = members.effort && array(members.effort);
     this.effortAt = members.effort_at;
     this.effortScale = members.effort_scale;
+    this.bases = members.bases && array(members.bases);
     this.model = members.model && array(members.model);
     this.modelScale = members.model_scale;
     this.factorials = [0, 1, 2, 3].map((order) =>

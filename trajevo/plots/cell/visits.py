@@ -10,6 +10,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
 from trajevo.plots.motion import equal_axes
 from trajevo.plots.paper import Width, colour, inches, key, panel
+from trajevo.plots.scenery import Standing
 
 #: Symbols of postures, in the order in which they are met.
 _SYMBOLS = "osD^v<>P"
@@ -42,9 +43,10 @@ def visits(motion: Solution, *, samples: int = 400, ax: Any = None, width: Width
     rollout = motion.rollout
     rollout.robot.check_body("a picture of the visits")
     trajectory = rollout.trajectory[0]
-    path, _ = rollout.robot.tool_poses(trajectory.sample(samples).q[0])
+    standing = Standing.of(rollout)
+    path = standing(rollout.robot.tool_poses(trajectory.sample(samples).q[0])[0])
     times = motion.front.problem.via_times(motion.x)[0]
-    points, _ = rollout.robot.tool_poses(trajectory.evaluate(times)[0])
+    points = standing(rollout.robot.tool_poses(trajectory.evaluate(times)[0])[0])
     postures = list(dict.fromkeys(found.postures))
     with panel(ax, width=width, height=0.8 * 25.4 * inches(width), space=True) as space:
         space.plot(*path.T, "-", color="0.55", linewidth=0.9, label="tool, from the ring")
