@@ -10,7 +10,7 @@ import pytest
 from trajevo import load_problem, load_robot
 from trajevo.page.members import motions_of
 from trajevo.page.packing import Packed
-from trajevo.plots.scenery import Standing, scenery, triangles_of
+from trajevo.plots.scenery import BaseInCell, scenery, triangles_of
 
 DOWN = [np.pi, 0.0, 0.0]
 POINTS = [{"position": [0.3, -0.2, 0.2], "rpy": DOWN}, {"position": [0.3, 0.3, 0.2], "rpy": DOWN}]
@@ -48,7 +48,7 @@ def test_obstacles_are_drawn_where_they_are_and_the_robot_where_it_stands(proble
     (post,) = (constraint.function.collision.scene.obstacles[0] for constraint in problem.constraints[-2:-1])
     np.testing.assert_allclose(surface.triangles, triangles_of(post) @ post.rotation.T + post.position, atol=1e-12)
     ends = rollout.robot.tool_poses(rollout.trajectory.sample(2).q[0])[0]
-    np.testing.assert_allclose(Standing.of(rollout)(ends), [point["position"] for point in POINTS], atol=2e-6)
+    np.testing.assert_allclose(BaseInCell.of(rollout)(ends), [point["position"] for point in POINTS], atol=2e-6)
 
 
 def test_the_page_moves_the_base_of_every_motion(problem):

@@ -16,7 +16,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
 from trajevo.plots.chain import chains_of, stand_upright
 from trajevo.plots.motion import equal_axes
-from trajevo.plots.scenery import Standing, scenery
+from trajevo.plots.scenery import BaseInCell, scenery
 from trajevo.robot.robot import Robot
 from trajevo.robot.shapes.geometry import link_shapes
 
@@ -81,7 +81,7 @@ def _filmed(motion: Any, rollout: Rollout, times: Array, writer: Any, file: Path
     robot, trajectory = rollout.robot, rollout.trajectory[0]
     q = trajectory.evaluate(times)[0]
     positions, rotations = robot.joint_poses(q)
-    standing = Standing.of(rollout)
+    standing = BaseInCell.of(rollout)
     path = standing(robot.tool_poses(trajectory.sample(300).q[0])[0])
     chains = standing(chains_of(robot, q))
     seen = np.concatenate([path, chains.reshape(-1, 3)])

@@ -15,7 +15,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
 from trajevo.plots.motion import equal_axes
 from trajevo.plots.paper import Width, inches, panel, scale_beside, sequence
-from trajevo.plots.scenery import Standing, Surface, scenery
+from trajevo.plots.scenery import BaseInCell, Surface, scenery
 from trajevo.robot.robot import Robot
 
 _BLUE, _SOLID, _GROUND = 0x1F77B4, 0xB0A090, 0xD9DDE1
@@ -46,7 +46,7 @@ def stick_figure(motion: Solution | Rollout, *, count: int = 6, ax: Any = None, 
     if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
         raise InvalidInputError(f"count: expected a positive whole number, got {count!r}")
     trajectory, robot = rollout.trajectory[0], rollout.robot
-    standing = Standing.of(rollout)
+    standing = BaseInCell.of(rollout)
     path = standing(robot.tool_poses(trajectory.sample(400).q[0])[0])
     times = np.linspace(0.0, float(trajectory.duration[0]), count)
     chains = standing(chains_of(robot, trajectory.evaluate(times)[0]))
@@ -79,7 +79,7 @@ def stand_upright(ax: Any, robot: Robot) -> None:
         ax.view_init(elev=20, azim=-60, vertical_axis="xyz"[vertical])
 
 
-def _surroundings(ax: Any, motion: Any, rollout: Rollout, chains: Array, standing: Standing) -> list[Array]:
+def _surroundings(ax: Any, motion: Any, rollout: Rollout, chains: Array, standing: BaseInCell) -> list[Array]:
     """Draw the scene at the end of the motion; points that are to be seen, (K, 3) [m] each."""
     corners = chains.reshape(-1, 3)
     low, high = corners.min(axis=0), corners.max(axis=0)

@@ -13,7 +13,7 @@ from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.front.front import Solution
 from trajevo.plots.paper import BEYOND, LIMIT, NOTE, TWO_BESIDE, Width, colour, curve, inches, key, panel, panels
 from trajevo.plots.pareto import clear_space
-from trajevo.plots.scenery import Standing
+from trajevo.plots.scenery import BaseInCell
 from trajevo.trajectory.batch import DERIVATIVES
 
 #: A limit further from all curves than this share of their extent would leave them less than half of a panel.
@@ -162,7 +162,7 @@ def tool_path(motion: Solution | Rollout, *, samples: int = 400, ax: Any = None,
     """
     rollout = rollout_of(motion)
     rollout.robot.check_body("a picture of the tool's path")
-    standing = Standing.of(rollout)
+    standing = BaseInCell.of(rollout)
     positions = standing(rollout.robot.tool_poses(rollout.trajectory[0].sample(samples).q[0])[0])
     with panel(ax, width=width, height=0.72 * 25.4 * inches(width), space=True) as space:
         space.plot(*positions.T, **curve(0))

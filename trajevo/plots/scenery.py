@@ -37,7 +37,7 @@ class Surface(NamedTuple):
     motion: ObstacleMotion | None = None
 
 
-class Standing(NamedTuple):
+class BaseInCell(NamedTuple):
     """Where the base of a robot stands, as what takes places from where they are at its given place to where they are.
 
     Attributes:
@@ -49,7 +49,7 @@ class Standing(NamedTuple):
     translation: Array
 
     @classmethod
-    def of(cls, rollout: Rollout) -> Standing:
+    def of(cls, rollout: Rollout) -> BaseInCell:
         """That of the first motion of a rollout."""
         found = None if rollout.arranged is None else rollout.arranged.placements
         return cls(np.eye(3), np.zeros(3)) if found is None else cls(found[0][0].real, found[1][0].real)

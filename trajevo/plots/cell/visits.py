@@ -10,7 +10,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
 from trajevo.plots.motion import equal_axes
 from trajevo.plots.paper import Width, colour, inches, key, panel
-from trajevo.plots.scenery import Standing
+from trajevo.plots.scenery import BaseInCell
 
 #: Symbols of postures, in the order in which they are met.
 _SYMBOLS = "osD^v<>P"
@@ -43,7 +43,7 @@ def visits(motion: Solution, *, samples: int = 400, ax: Any = None, width: Width
     rollout = motion.rollout
     rollout.robot.check_body("a picture of the visits")
     trajectory = rollout.trajectory[0]
-    standing = Standing.of(rollout)
+    standing = BaseInCell.of(rollout)
     path = standing(rollout.robot.tool_poses(trajectory.sample(samples).q[0])[0])
     times = motion.front.problem.via_times(motion.x)[0]
     points = standing(rollout.robot.tool_poses(trajectory.evaluate(times)[0])[0])
