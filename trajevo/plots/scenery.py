@@ -14,6 +14,7 @@ from trajevo.formulation.constraints.scene import Box, Capsule, Cylinder, Obstac
 from trajevo.formulation.constraints.scenes.motions import ObstacleMotion
 from trajevo.formulation.constraints.scenes.obstacles import Cornered
 from trajevo.formulation.constraints.solids import attached_to
+from trajevo.trajectory.arranged import base_rotations
 
 #: Number of sides of what is round, and thickness of the slab that stands for a plane as a share of its width.
 _SIDES, _THIN = 32, 0.004
@@ -71,10 +72,9 @@ def _seen_from(bases: Array | None, origin: Array | None) -> Callable[[Array, Ar
     """What turns places in the cell into those in the frame in which the robot's base has not moved."""
     if bases is None or origin is None:
         return lambda rotation, position: (rotation, position)
-    (x, y, z, yaw), given = bases[0].real.tolist(), np.asarray(origin)
-    cosine, sine = np.cos(yaw), np.sin(yaw)
-    turned = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    return lambda rotation, position: (turned @ rotation, given + turned @ (position - given - np.array([x, y, z])))
+    away, given = np.array(bases[0, :3].real), np.asarray(origin)
+    turned = np.ascontiguousarray(base_rotations(np.asarray(bases[:1].real))[0].T)
+    return lambda rotation, position: (turned @ rotation, given + turned @ (position - given - away))
 
 
 def _placed(solid: Obstacle, rotation: Array, position: Array, middle: Array, width: float) -> Array:

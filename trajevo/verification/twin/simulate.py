@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -129,8 +128,7 @@ _BY_MEMBER = (
 
 def _part(rollout: Rollout, rows: slice) -> Rollout:
     """Some motions of a rollout."""
-    masses = None if rollout.masses is None else rollout.masses[rows]
-    return replace(rollout, trajectory=rollout.trajectory[rows], masses=masses)
+    return rollout.rows(rows)
 
 
 def _simulations(rollout: Rollout, settings: TwinSettings) -> Iterator[Simulation]:
