@@ -69,14 +69,14 @@ def states(dof, count=5, instants=7, seed=3):
     return np.random.default_rng(seed).uniform(-2.0, 2.0, (3, count, instants, dof))
 
 
-GRAVITIES = 9.81 * (lambda v: v / np.linalg.norm(v, axis=1)[:, None])(np.random.default_rng(1).normal(size=(5, 3)))
+GRAVITIES = 9.80665 * (lambda v: v / np.linalg.norm(v, axis=1)[:, None])(np.random.default_rng(1).normal(size=(5, 3)))
 
 
 @pytest.mark.parametrize("kind", ["compiled", "numpy", "pinocchio"])
 @pytest.mark.parametrize("model", ["rigid", "weight_only", "tool_axis"])
 @pytest.mark.parametrize("name", ["ur5", "puma560"])
 def test_efforts_under_the_gravity_of_every_row_are_those_of_pinocchio(name, model, kind):
-    robot = load_robot("puma560") if name == "puma560" else load_robot(**UR5)
+    robot = load_robot("puma560", gravity=[0.0, 0.0, -9.80665]) if name == "puma560" else load_robot(**UR5)
     dynamics = Dynamics(robot, Payload(2.0, com=(0.0, 0.02, 0.05) if model != "tool_axis" else (0, 0, 0), model=model))
     q, v, a = states(robot.dof)
     with jit.uncompiled() if kind == "pinocchio" else jit.one_kind(kind):
@@ -207,10 +207,10 @@ def test_gradients_of_all_values_are_those_of_differences():
 
 
 def test_evolution_and_polish_use_the_tilt_and_its_solutions_are_certified():
-    given = problem({"x": [-0.1, 0.1], "pitch": [-0.6, 0.6]}, payload=3.0)
-    front = optimise(given, seed=1, population=12, generations=6, progress=False)
-    level = given.evaluate(front.X * (1, 1, 1, 0), return_values_of=["F"])
-    print(front.F[:, 1].min(), level[:, 1].min(), front.X)
+    level, tilted = {"x": [-0.1, 0.1]}, {"x": [-0.1, 0.1], "pitch": [-0.6, 0.6]}
+    options = {"seed": 1, "population": 12, "generations": 6, "progress": False}
+    other, front = (optimise(problem(box, payload=3.0), **options) for box in (level, tilted))
+    assert (front.F.min(axis=0) < 0.96 * other.F.min(axis=0)).all()
     knee = front.knee()
     certificate = certify(knee)
     assert certificate.proven
