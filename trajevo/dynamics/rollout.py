@@ -78,8 +78,8 @@ class Rollout:
                 f"{len(self.trajectory)}"
             )
 
-    def rows(self, chosen: slice | Array) -> Rollout:
-        """Some of the motions, by a slice or numbers of rows; of one alone, the robot has the gravity of its base."""
+    def rows(self, chosen: slice) -> Rollout:
+        """Some of the motions; of one alone, the robot has the gravity of its base."""
         return replace(
             self,
             dynamics=self.dynamics.of_rows(chosen).of_one_base,
