@@ -59,7 +59,7 @@ reproduce: $(MADE)  ## make the figures and tables of the four papers again, in 
 build/reproduced/%/page.md: $(READY) $(shell find trajevo problems robots -name '*.py' -o -name '*.toml' -o -name '*.urdf') | kernels
 	$(BIN)/trajevo reproduce $* --out build/reproduced/$* || { rm -f $@; exit 1; }
 
-TASKS := ur5_pick_and_place ur5_base ur5_order ur5_postures panda_six_points xarm7_obstacle hybrid_manipulator pick_and_place_cell
+TASKS := ur5_pick_and_place ur5_base ur5_tilt ur5_order ur5_postures panda_six_points xarm7_obstacle hybrid_manipulator pick_and_place_cell
 
 demo-tasks: $(READY)  ## solve and verify the worked tasks, in runs/
 	set -e; for task in $(TASKS); do \

@@ -515,13 +515,13 @@ ON_THE_COMMAND_LINE = [
         "solve nope",
         "unknown problem or task 'nope'; known: hybrid, hybrid_manipulator, panda_six_points, "
         "pick-place, pick_and_place_cell, pointing, reparam, ur5_base, ur5_order, ur5_pick_and_place, ur5_postures, "
-        "via-points, which_robot, xarm7_obstacle",
+        "ur5_tilt, via-points, which_robot, xarm7_obstacle",
     ),
     (
         "solve pointng",
         "unknown problem or task 'pointng'; known: hybrid, hybrid_manipulator, panda_six_points, "
         "pick-place, pick_and_place_cell, pointing, reparam, ur5_base, ur5_order, ur5_pick_and_place, "
-        "ur5_postures, via-points, which_robot, xarm7_obstacle; did you mean 'pointing'?",
+        "ur5_postures, ur5_tilt, via-points, which_robot, xarm7_obstacle; did you mean 'pointing'?",
     ),
     (
         "check-robot ram.urdf",

@@ -69,6 +69,19 @@ def draw_placement():
     key(right)
 
 
+def draw_tilt():
+    """Fronts of the task ur5_tilt with the base upright and tilted, and the least share of a limit over tilts."""
+    task = load_task("ur5_tilt")
+    settings = {key: value for key, value in task.problem.settings.items() if key != "base"}
+    fronts = [optimise(each, task.search) for each in (load_problem("via-points", **settings), task.problem)]
+    left, right = page(2, 68)
+    plots.base_map(base_map(task.problem, axes=("pitch", "roll"), cells=15, objective="effort_ratio"), ax=left)
+    for found, label in zip(fronts, ("upright", "tilted"), strict=True):
+        right.plot(found.F[:, 0], 100.0 * found.F[:, 1], ".", markersize=2.5, label=label)
+    right.set(xlabel="time [s]", ylabel="greatest share of a torque limit [%]")
+    key(right)
+
+
 def draw_payload_diagram():
     """How far off the tool a UR5 can carry what, on two motions, and where the centre of mass may lie."""
     robot = load_robot("ur5", limits=UNLIMITED, tool="tool0")

@@ -1,7 +1,8 @@
 """What a base that moves costs in an evaluation, and what it gains, all in one run.
 
 CPU times of a population of 100 with the base that moves and with the same robot at its given place, in turns, for the
-task ``ur5_base`` and for the same without efforts, whose evaluation is the cheapest that there is. Then the least time
+task ``ur5_base`` and for the same without efforts, whose evaluation is the cheapest that there is; and both again with
+a base that tilts by pitch and roll too. Then the least time
 and energy from the best base against those from the given one, and the best of 200 random bases from each of which
 gradients go on.
 """
@@ -20,6 +21,9 @@ from trajevo.solvers.base_map import base_columns, least_from
 
 SIZE, TURNS, BASES = 100, 41, 200
 
+#: Ranges of pitch and roll of a base that tilts [rad].
+TILT = {"pitch": [-0.5, 0.5], "roll": [-0.5, 0.5]}
+
 
 def main() -> None:
     """Print what it costs and gains."""
@@ -27,14 +31,17 @@ def main() -> None:
     moving = task.problem
     standing = without_base(moving)
     joints = {"objectives": ["time", "jerk"], "constraints": ["position", "velocity", "acceleration", "jerk"]}
-    light = load_problem("via-points", **moving.settings | joints | {"effort_margin": 0.0})
-    for title, one, other in (
-        ("time and energy, certified efforts", moving, standing),
-        ("time and jerk, limits of joints alone", light, without_base(light)),
-    ):
-        costs = cpu_times(one, other)
-        told = ", ".join(f"{1e6 * cost:.1f} us" for cost in np.median(costs, axis=0) / SIZE)
-        print(f"{title}: moving base, standing: {told}; ratio {np.median(costs[:, 0] / costs[:, 1]):.2f}")
+    light = joints | {"effort_margin": 0.0}
+    level = moving.settings["base"]["moving"]
+    for what, box in (("moving", level), ("tilting", level | TILT)):
+        for title, more in (
+            ("time and energy, certified efforts", {}),
+            ("time and jerk, limits of joints alone", light),
+        ):
+            one = load_problem("via-points", **moving.settings | {"base": {"moving": box}} | more)
+            costs = cpu_times(one, without_base(one))
+            told = ", ".join(f"{1e6 * cost:.1f} us" for cost in np.median(costs, axis=0) / SIZE)
+            print(f"{title}: {what} base, standing: {told}; ratio {np.median(costs[:, 0] / costs[:, 1]):.2f}")
     front, given = (optimise(problem, task.search, progress=False) for problem in (moving, standing))
     columns = list(base_columns(moving).values())
     bases = np.random.default_rng(11).uniform(moving.xl[columns], moving.xu[columns], (BASES, len(columns)))

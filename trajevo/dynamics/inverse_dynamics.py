@@ -16,7 +16,15 @@ from trajevo.dynamics.rnea import HeldLoad, inverse_dynamics, stepped_dynamics
 from trajevo.errors import InvalidInputError
 from trajevo.path.loads import Schedule
 from trajevo.robot.joints import Friction
-from trajevo.robot.payload import Payload, carrying, kilogram, probe, tool_regressor
+from trajevo.robot.payload import (
+    Payload,
+    carrying,
+    kilogram,
+    on_slides,
+    probe,
+    tool_regressor,
+    under_gravity,
+)
 from trajevo.robot.robot import Robot
 
 NO_PAYLOAD = Payload(0.0)
@@ -31,6 +39,9 @@ _MOST_THREADS = 1_000
 
 #: Most instants per segment; more take more memory than there is.
 _MOST_SAMPLES = 1_000_000
+
+#: End of the names of models whose base slides, so that each row of states has its own gravity.
+_ON_SLIDES = ", on slides"
 
 #: A joint is at rest below this share of its greatest speed plus its greatest position over the duration.
 _ROUNDING = 1e-9
@@ -49,6 +60,8 @@ class Dynamics:
         schedule: what is carried on every segment of the motions, where that changes or is more than one load; then
             ``payload`` is the load that capacities mean, and efforts need the segments of the states. None if the
             payload is always carried.
+        gravity: gravity of each of B motions in the frame of its base, shape (B, 3) [m/s²], where bases tilt; states
+            then have a row for each of them. None for that of the robot.
 
     Raises:
         InvalidInputError: fewer than 2 samples or fewer than 1 thread, or a payload of a robot without a body.
@@ -59,8 +72,10 @@ class Dynamics:
     samples: int = field(default=6, kw_only=True)
     threads: int = field(default=1, kw_only=True)
     schedule: Schedule | None = field(default=None, kw_only=True)
+    gravity: Array | None = field(default=None, kw_only=True)
     _pools: dict[tuple[str, bool, bool], Any] = field(default_factory=dict, init=False, repr=False)
     _models: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
+    _level: Dynamics | None = field(default=None, init=False, repr=False)
 
     __repr__ = brief
 
@@ -76,19 +91,50 @@ class Dynamics:
             self.robot.check_body("a payload")
 
     def __getstate__(self) -> dict[str, Any]:
-        again: dict[str, Any] = {"_pools": {}, "_models": {}}  # a ModelPool cannot be pickled; made again when needed
+        again: dict[str, Any] = {
+            "_pools": {},
+            "_models": {},
+            "_level": None,
+        }  # a ModelPool cannot be pickled; made again when needed
         return {key: value for key, value in self.__dict__.items() if key != "without_dry_friction"} | again
 
     def sampled(self, samples: int) -> Dynamics:
         """The same with another number of samples per segment, sharing the models already made."""
-        other = replace(self, samples=samples)
-        object.__setattr__(other, "_models", self._models)
-        object.__setattr__(other, "_pools", self._pools)
+        return self._sharing(replace(self, samples=samples), self._level)
+
+    def under(self, gravity: Array | None) -> Dynamics:
+        """The same under a gravity for each row of states, see :attr:`gravity`, sharing the models already made."""
+        if gravity is None:
+            return self
+        return self._sharing(replace(self, gravity=gravity), self if self._level is None else self._level)
+
+    def of_rows(self, rows: Any) -> Dynamics:
+        """The same for states of some motions, by a slice or numbers of motions for each row of states."""
+        return self if self.gravity is None else self.under(self.gravity[rows])
+
+    @property
+    def of_real_parts(self) -> Dynamics:
+        """The same for the real parts of states, where complex ones carry the steps of derivatives."""
+        return self.under(None if self.gravity is None else self.gravity.real)
+
+    @property
+    def of_one_base(self) -> Dynamics:
+        """The same for a robot that has the gravity of the one motion, if :attr:`gravity` is that of one."""
+        if self.gravity is None or len(self.gravity) != 1 or np.iscomplexobj(self.gravity):
+            return self
+        return replace(self, robot=under_gravity(self.robot, self.gravity[0]), gravity=None)
+
+    def _sharing(self, other: Dynamics, level: Dynamics | None) -> Dynamics:
+        """Other dynamics of the same models, which are made once for both."""
+        for name, value in (("_models", self._models), ("_pools", self._pools), ("_level", level)):
+            object.__setattr__(other, name, value)
         return other
 
     @cached_property
     def without_dry_friction(self) -> Dynamics:
         """The same for a robot without dry friction, made once: its efforts are smooth in time."""
+        if self._level is not None:
+            return self._level.without_dry_friction.under(self.gravity)
         none = np.zeros(self.robot.dof)
         friction = replace(self.robot.friction, coulomb=none, coulomb_backward=none)
         return replace(self, robot=replace(self.robot, friction=friction))
@@ -123,9 +169,9 @@ class Dynamics:
                 robot.check_masses("effort")  # a load would hide a link that has none
             heavier = robot if fixed is None else replace(robot, model=carrying(robot, fixed))
             payload = self.payload if self.schedule.varies(phase) else NO_PAYLOAD
-            self._models[name] = replace(self, robot=heavier, payload=payload, schedule=None)
+            self._models[name] = replace(self, robot=heavier, payload=payload, schedule=None, gravity=None)
         found: Dynamics = self if self.schedule is None else self._models[name]
-        return found
+        return found.under(self.gravity)
 
     def effort(self, q: Array, v: Array, a: Array, segments: Array | None = None, *, axis: int = 0) -> Array:
         """Actuator effort with the payload, shapes (..., n_joints) [N·m or N].
@@ -144,7 +190,7 @@ class Dynamics:
             return self.unloaded_effort(q, v, a)
         if self.payload.model == "rigid":
             return self._actuated("carrying", q, v, a, self.robot.friction)
-        if self.payload.model == "weight_only":
+        if self.payload.model == "weight_only" and self.gravity is None:
             return self._actuated("loaded", q, v, a, self.robot.friction)
         return self.unloaded_effort(q, v, a) + self.payload.mass * self.effort_per_kilogram(q, v, a)
 
@@ -185,8 +231,10 @@ class Dynamics:
         :attr:`schedule`, 0 where the payload is not carried, and ``segments`` are needed.
 
         Raises:
-            InvalidInputError: the payload's model is ``"tool_axis"``, which has no centre of mass.
+            InvalidInputError: the payload's model is ``"tool_axis"``, which has no centre of mass, or several motions
+                have each a gravity of its own.
         """
+        self._check_one_base()
         if self.schedule is not None:
             return self._of_varied(lambda part, *states: part.effort_per_parameter(*states), (q, v, a), segments, 0, 10)
         if self.payload.model == "tool_axis":
@@ -207,6 +255,7 @@ class Dynamics:
             v: velocities, the same shape [rad/s or m/s].
             a: accelerations, the same shape [rad/s² or m/s²].
         """
+        self._check_one_base()
         self.once(name, make)
         return self._rnea(name, q, v, a)
 
@@ -234,16 +283,38 @@ class Dynamics:
             places = np.flatnonzero(of_states == k)
             if len(places) and (self.schedule.varies(phase) or not only_varied):
                 chosen = (np.take(x, places, axis=axis) for x in states)
-                found[(slice(None),) * axis + (places,)] = quantity(self.of_phase(phase), *chosen)
+                part = self.of_phase(phase) if axis else self.of_rows(places).of_phase(phase)
+                found[(slice(None),) * axis + (places,)] = quantity(part, *chosen)
         return found
 
     def _actuated(self, model: str, q: Array, v: Array, a: Array, friction: Friction | None) -> Array:
         transmission = self.robot.transmission
-        effort = transmission.effort(q, self._rnea(model, *transmission.motion(q, v, a)))
+        effort = transmission.effort(q, self._torque(model, *transmission.motion(q, v, a)))
         if friction is None or friction.none:
             return effort
         effort += friction.effort(v, a)
         return effort
+
+    def _torque(self, name: str, q: Array, v: Array, a: Array) -> Array:
+        """Torque of a model for arrays of shape (..., n) in its coordinates, under the gravity of each row."""
+        if self.gravity is None:
+            return self._rnea(name, q, v, a)
+        if len(self.gravity) != len(q):
+            raise InvalidInputError(
+                f"states: expected those of {len(self.gravity)} motions, which have each a gravity of its own, in as "
+                f"many rows, got {len(q)}"
+            )
+        up = np.broadcast_to(-self.gravity.reshape(-1, *(1,) * (q.ndim - 2), 3), (*q.shape[:-1], 3))
+        wide = (np.concatenate([x, own], axis=-1) for x, own in ((0.0 * up, q), (0.0 * up, v), (up, a)))
+        torque = self._rnea(f"{name}{_ON_SLIDES}", *wide)
+        return np.ascontiguousarray(torque[..., 3:])
+
+    def _check_one_base(self) -> None:
+        """Refuse what is computed for one motion alone where each of several has a gravity of its own."""
+        if self.gravity is not None:
+            raise InvalidInputError(
+                f"motion: expected one alone, as bases that tilt turn gravity, got {len(self.gravity)} motions"
+            )
 
     def _rnea(self, name: str, q: Array, v: Array, a: Array) -> Array:
         """Torque of a model for arrays of shape (..., n) in model coordinates."""
@@ -277,6 +348,8 @@ class Dynamics:
         return self._models[name]
 
     def _made(self, name: str) -> Any:
+        if name.endswith(_ON_SLIDES):
+            return on_slides(self._model(name.removesuffix(_ON_SLIDES)))
         if name in ("unloaded", "carrying"):
             self.robot.check_masses("effort")
         if name == "unloaded":

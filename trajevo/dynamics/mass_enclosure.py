@@ -158,7 +158,7 @@ class _InnerMasses:
     """The masses that are proven over pieces of motions."""
 
     def __init__(self, rollout: Rollout, effort_limits: Sides) -> None:
-        self.dynamics, self.friction = rollout.dynamics, rollout.robot.friction
+        self.dynamics, self.friction = rollout.dynamics.of_real_parts, rollout.robot.friction
         self.reach = EffortReach.of(rollout.dynamics, any_mass=True)
         self.standing, self.degree = rollout.standing, rollout.trajectory.degree
         self.limited = np.flatnonzero(effort_limits.limited)
@@ -176,8 +176,9 @@ class _InnerMasses:
         size = pieces.states.shape[1]
         q, v, a = np.split(pieces.states, 3, axis=-1)
         standing = self.standing[pieces.owner]
-        per_kilogram = self.dynamics.effort_per_kilogram(q, v, a, pieces.segment)
-        smooth = self.dynamics.unloaded_effort(q, v, a, pieces.segment) - self.friction.dry(v)
+        dynamics = self.dynamics.of_rows(pieces.owner)
+        per_kilogram = dynamics.effort_per_kilogram(q, v, a, pieces.segment)
+        smooth = dynamics.unloaded_effort(q, v, a, pieces.segment) - self.friction.dry(v)
         exact = smooth + self.friction.dry(np.where(np.abs(v) <= standing[:, None], 0.0, v))
         instants = pieces.start[:, None] + pieces.width[:, None] * gauss(size)[0]
         outer.update(pieces.owner, instants, exact, per_kilogram)

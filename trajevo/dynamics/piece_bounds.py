@@ -139,7 +139,7 @@ class PieceBounds:
     def of(cls, rollout: Rollout) -> PieceBounds:
         """The bounds for the motions of a rollout."""
         robot = rollout.robot
-        smooth = rollout.dynamics.without_dry_friction
+        smooth = rollout.dynamics.of_real_parts.without_dry_friction
         masses = rollout.masses
         return cls(
             smooth,
@@ -288,11 +288,12 @@ class PieceBounds:
         return Over(above, slack, np.sqrt(squared))
 
     def _smooth_effort(self, pieces: Pieces, q: Array, v: Array, a: Array) -> Array:
+        smooth = self.smooth.of_rows(pieces.owner)
         if self.masses is None:
-            return self.smooth.effort(q, v, a, pieces.segment)
+            return smooth.effort(q, v, a, pieces.segment)
         mass = self.masses[pieces.owner][:, None, None]
-        each = self.smooth.effort_per_kilogram(q, v, a, pieces.segment)
-        effort: Array = self.smooth.unloaded_effort(q, v, a, pieces.segment) + mass * each
+        each = smooth.effort_per_kilogram(q, v, a, pieces.segment)
+        effort: Array = smooth.unloaded_effort(q, v, a, pieces.segment) + mass * each
         return effort
 
     def _effort_reach(self, pieces: Pieces, reach: Bounds, *, axes: int = 3) -> Array:

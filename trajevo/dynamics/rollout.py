@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, final
 
@@ -49,7 +49,7 @@ class Rollout:
 
     Raises:
         InvalidInputError: the trajectory has another number of joints than the robot, or of segments than the schedule
-            of the loads.
+            of the loads, or of motions than gravities of the dynamics.
     """
 
     dynamics: Dynamics
@@ -71,6 +71,22 @@ class Rollout:
             raise InvalidInputError(
                 f"trajectory: expected {len(schedule.carried)} segments, as loads are scheduled for, got {count}"
             )
+        gravity = self.dynamics.gravity
+        if gravity is not None and len(gravity) != len(self.trajectory):
+            raise InvalidInputError(
+                f"trajectory: expected {len(gravity)} motions, which have each a gravity of its own, got "
+                f"{len(self.trajectory)}"
+            )
+
+    def rows(self, chosen: slice) -> Rollout:
+        """Some of the motions; of one alone, the robot has the gravity of its base."""
+        return replace(
+            self,
+            dynamics=self.dynamics.of_rows(chosen).of_one_base,
+            trajectory=self.trajectory[chosen],
+            masses=None if self.masses is None else self.masses[chosen],
+            arranged=None if self.arranged is None else self.arranged.rows(chosen),
+        )
 
     @property
     def robot(self) -> Robot:
@@ -190,31 +206,33 @@ class Rollout:
                 f"t: expected the instants of the states, as loads change: {self.dynamics.schedule}"
             )
         if t is None or self.dynamics.schedule is None:
-            return frozen(self._loaded_effort(self.masses, q, v, a))
+            return frozen(self._loaded_effort(None, q, v, a))
         owner = np.arange(len(q)).repeat(q.shape[1])
-        masses = None if self.masses is None else self.masses[owner]
         flat = [x.reshape(-1, x.shape[-1]) for x in (q, v, a)]
-        effort = self._loaded_effort(masses, flat[0], flat[1], flat[2], self.segments_at(t).reshape(-1))
+        effort = self._loaded_effort(owner, flat[0], flat[1], flat[2], self.segments_at(t).reshape(-1))
         return frozen(effort.reshape(q.shape))
 
     def effort_at_shares(self, q: Array, v: Array, a: Array) -> Array:
         """The same in states at the same shares of every segment, shapes (B, S x U, n_joints) [N·m or N]."""
         count = self.trajectory.breaks.shape[1] - 1
         segments = np.arange(count).repeat(q.shape[1] // count)
-        return frozen(self._loaded_effort(self.masses, q, self.without_rounding(v), a, segments, axis=1))
+        return frozen(self._loaded_effort(None, q, self.without_rounding(v), a, segments, axis=1))
 
     def _loaded_effort(
-        self, masses: Array | None, q: Array, v: Array, a: Array, segments: Array | None = None, *, axis: int = 0
+        self, rows: Array | None, q: Array, v: Array, a: Array, segments: Array | None = None, *, axis: int = 0
     ) -> Array:
-        """Effort with the payload, or with payloads of the given masses (P,) [kg], in states (P, ..., n_joints).
+        """Effort with the payload in states (P, ..., n_joints) of the motions in some rows, (P,), or of all for None.
 
         The segments are those along an axis of the states.
         """
+        masses, dynamics = self.masses, self.dynamics
+        if rows is not None:
+            masses, dynamics = None if masses is None else masses[rows], dynamics.of_rows(rows)
         if masses is None:
-            return self.dynamics.effort(q, v, a, segments, axis=axis)
-        each = self.dynamics.effort_per_kilogram(q, v, a, segments, axis=axis)
+            return dynamics.effort(q, v, a, segments, axis=axis)
+        each = dynamics.effort_per_kilogram(q, v, a, segments, axis=axis)
         of_payload = masses.reshape(-1, *[1] * (q.ndim - 1)) * each
-        loaded: Array = self.dynamics.unloaded_effort(q, v, a, segments, axis=axis) + of_payload
+        loaded: Array = dynamics.unloaded_effort(q, v, a, segments, axis=axis) + of_payload
         return loaded
 
     def without_rounding(self, v: Array) -> Array:
@@ -310,7 +328,7 @@ class Rollout:
         rows, within = np.divmod(segments, self.trajectory.segment_durations.shape[1])
         if not self.robot.friction.none:
             v = np.where(np.abs(v.real) <= self.standing[rows, None], 0.0, v)
-        effort = self._loaded_effort(None if self.masses is None else self.masses[rows], q, v, a, within)
+        effort = self._loaded_effort(rows, q, v, a, within)
         smooth: Array = effort - self.robot.friction.dry(v) if self.robot.friction.is_dry else effort
         return smooth
 

@@ -203,7 +203,8 @@ def _greatest_anywhere(dynamics: Dynamics, interpolant: Any) -> float:
     q = arranged.points[reached][:, [0, -1]]
     if not len(q):
         return np.inf
-    still = np.zeros_like(q)
+    still, gravity = np.zeros_like(q), arranged.gravity(np.array(dynamics.robot.model.gravity.linear))
+    dynamics = dynamics.under(None if gravity is None else gravity[reached])
     unloaded, each = dynamics.unloaded_effort(q, still, still), dynamics.effort_per_kilogram(q, still, still)
     upper = mass_bounds(unloaded, each, dynamics.robot.limits.sides("effort"))[1].min(axis=(1, 2))
     greatest = float(upper.max())

@@ -202,11 +202,20 @@ class TrajectoryProblem(Problem):
         return self.interpolant(self._timing(x))
 
     def rollout(self, x: Array) -> Rollout:
-        """The robot on the trajectories of decision vectors, shape (B, n_var) or one vector (n_var,)."""
+        """The robot on the trajectories of decision vectors, shape (B, n_var) or one vector (n_var,).
+
+        Of one motion from a base that tilts, the robot is one with the gravity of that base.
+        """
+        found = self._rollout(x)
+        return found if found.dynamics.gravity is None else replace(found, dynamics=found.dynamics.of_one_base)
+
+    def _rollout(self, x: Array) -> Rollout:
+        """The same with the robot as it is, by which single motions have the same bits as those of many."""
         masses = None if self.payload_range is None else np.atleast_2d(x)[:, -1]
         if isinstance(self.interpolant, ArrangesPoints):
             trajectory, arranged = self.interpolant.motions(self._timing(x))
-            return Rollout(self.dynamics, trajectory, masses, self.kept_limits, arranged)
+            dynamics = self.dynamics.under(arranged.gravity(np.array(self.robot.model.gravity.linear)))
+            return Rollout(dynamics, trajectory, masses, self.kept_limits, arranged)
         return Rollout(self.dynamics, self.decode(x), masses, self.kept_limits)
 
     @property
@@ -265,7 +274,7 @@ class TrajectoryProblem(Problem):
     @property
     def _differentiation(self) -> Differentiation:
         makers = (self.interpolant, type(self))
-        return Differentiation(self.title, self.rollout, self._parts, (self.xl, self.xu), makers, self._ways)
+        return Differentiation(self.title, self._rollout, self._parts, (self.xl, self.xu), makers, self._ways)
 
     @property
     def _parts(self) -> tuple[Part, ...]:
@@ -326,7 +335,7 @@ class TrajectoryProblem(Problem):
 
     def _evaluate_rows(self, x: Array) -> tuple[Array, Array]:
         try:
-            rollout = self.rollout(x)
+            rollout = self._rollout(x)
         except TrajevoError:
             raise
         except Exception as error:

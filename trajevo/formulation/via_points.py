@@ -76,8 +76,9 @@ class ViaPointProblem(TrajectoryProblem):
             CSV file with a column for each joint, with its unit. Where an inner point lies on a joint's position limit,
             the joint is at rest, if the interpolant can hold it; :attr:`notes` tell it.
         base: where the robot may stand, ``{"moving": {"x": [-0.3, 0.3], "yaw": ["-90 deg", "90 deg"]}}``: ranges of its
-            displacement from its given place along ``x``, ``y`` and ``z`` of the cell [m] and of its turn about the
-            vertical axis ``yaw`` [rad], which become variables. The points are then tool poses that stay in the cell.
+            displacement from its given place along ``x``, ``y`` and ``z`` of the cell [m], of its turn about the
+            vertical axis ``yaw`` and of its tilt ``roll`` and ``pitch`` [rad], which become variables. The points are
+            then tool poses that stay in the cell, and efforts are those under gravity as each base sees it.
         order: which points may be visited in any order: ``"free"`` for all between the ends, or ``{"free": [1, 2, 3],
             "after": {3: [1]}}`` with the numbers of the points and, if wanted, of those that come before others. Points
             of the group have its places in the list, all others their own. The order is then a variable.

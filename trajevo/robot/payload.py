@@ -32,6 +32,9 @@ PARAMETERS = ("m", "m cx", "m cy", "m cz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "I
 #: Distance of a centre of mass along an axis, and radius of gyration, above which numbers are not believed [m].
 _FARTHEST_COM, _WIDEST = 2.0, 5.0
 
+#: Kinds of the joints along which a base slides.
+_SLIDES = ("PX", "PY", "PZ")
+
 #: Text that begins with a number.
 _QUANTITY = re.compile(r"\s*[+-]?\.?\d")
 
@@ -210,16 +213,42 @@ def standing(model: Any) -> Any:
     return held
 
 
+def on_slides(model: Any) -> Any:
+    """A model on three more joints without mass at its base, which slide along the base's axes, without gravity.
+
+    They are the first coordinates of the model. A base that accelerates against gravity needs the torques that gravity
+    asks for, so that states may each have a gravity of their own.
+    """
+    slides, joint = pin.Model(), 0
+    for kind in _SLIDES:
+        joint = slides.addJoint(joint, getattr(pin, f"JointModel{kind}")(), pin.SE3.Identity(), f"base {kind}")
+    frame = slides.addFrame(pin.Frame("slides", joint, 0, pin.SE3.Identity(), pin.FrameType.FIXED_JOINT))
+    moved = pin.appendModel(slides, model, frame, pin.SE3.Identity())
+    moved.gravity.linear = np.zeros(3)
+    moved.inertias[joint] = pin.Inertia.Zero()  # what is fixed to the base has no part in the torques of the arm
+    for number in range(1, model.njoints):  # without the rounding of a change of frames that are the same
+        moved.inertias[joint + number] = model.inertias[number]
+    return moved
+
+
+def under_gravity(robot: Robot, gravity: Array) -> Robot:
+    """The same robot with another gravity in its base frame, shape (3,) [m/s²]; its settings are those of the given."""
+    model = robot.model.copy()
+    model.gravity.linear = np.array(gravity)
+    return replace(robot, model=model)
+
+
 def on_carriage(model: Any, names: Sequence[str], origin: Array) -> Any:
-    """A model whose base four more joints move, the first ones: along x, y and z, and about z through a point.
+    """A model whose base more joints move, the first ones: along x, y and z, and about z, y and x through a point.
 
     Args:
         model: the model.
-        names: names of the joints; the frame ``carriage``, in which the base stands, is carried by the last one.
+        names: names of the joints, from the first one on; the last one carries the frame ``carriage``, in which the
+            base stands.
         origin: that point, shape (3,) [m].
     """
     carriage, joint, place = pin.Model(), 0, pin.SE3(np.eye(3), np.array(origin))
-    for name, kind in zip(names, ("PX", "PY", "PZ", "RZ"), strict=True):
+    for name, kind in zip(names, ("PX", "PY", "PZ", "RZ", "RY", "RX"), strict=False):
         joint = carriage.addJoint(joint, getattr(pin, f"JointModel{kind}")(), place, name)
         place = pin.SE3.Identity()
     back = pin.SE3(np.eye(3), -np.array(origin))

@@ -195,8 +195,7 @@ def _by_direction(rollout: Rollout, enclosure: Enclosure, motion: int, limits: A
 
 def _one_motion(rollout: Rollout, motion: int) -> Rollout:
     """One motion of a rollout."""
-    masses = None if rollout.masses is None else rollout.masses[motion : motion + 1]
-    return replace(_computable(rollout), trajectory=rollout.trajectory[motion], masses=masses)
+    return _computable(rollout.rows(slice(motion, motion + 1)))
 
 
 def _limits(rollout: Rollout, motion: Any, tolerance: float, tool_speed: float | None, power: Any) -> Array:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
@@ -67,9 +67,7 @@ class Relied:
     @property
     def one(self) -> Rollout:
         """The motion alone."""
-        chosen = slice(self.motion, self.motion + 1)
-        masses = None if self.rollout.masses is None else self.rollout.masses[chosen]
-        return replace(self.rollout, trajectory=self.rollout.trajectory[chosen], masses=masses)
+        return self.rollout.rows(slice(self.motion, self.motion + 1))
 
 
 def proof_text(certificate: Certificate, relied: Relied | None) -> str:

@@ -182,8 +182,7 @@ def energy_balance(motion: Solution | Rollout | WeightedOptimum, *, dwell: float
         InvalidInputError: a drive that does not tell enough, or a dwell below 0.
     """
     given = rollout_of(motion)
-    masses = None if given.masses is None else given.masses[:1]
-    rollout = Rollout(given.dynamics, given.trajectory[0], masses, given.kept_limits)
+    rollout = given.rows(slice(0, 1))
     rest = checked_dwell(dwell)
     motoring, parts = Motoring.of(rollout), list(Drawn.by_pieces(rollout))
     held = rest * _holding(rollout, motoring)

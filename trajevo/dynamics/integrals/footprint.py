@@ -7,6 +7,7 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
 from trajevo.robot.kinematics import ToolKinematics
+from trajevo.trajectory.arranged import base_rotations
 
 
 def footprint(rollout: Rollout) -> Array:
@@ -15,9 +16,13 @@ def footprint(rollout: Rollout) -> Array:
     It holds the origins of the base, of every joint and of the tool at all samples, as seen from above; how thick the
     links are is not counted.
     """
-    places = ToolKinematics.of(rollout.robot).origins(rollout.q)[..., :2]
-    arranged = rollout.arranged
-    if arranged is not None and arranged.bases is not None and arranged.origin is not None:
+    arranged, whole = rollout.arranged, ToolKinematics.of(rollout.robot).origins(rollout.q)
+    places = whole[..., :2]
+    if arranged is not None and arranged.bases is not None and arranged.origin is not None and arranged.tilts:
+        rotation = base_rotations(arranged.bases)[:, None, None, :2]
+        away = (rotation * (whole - arranged.origin)[..., None, :]).sum(axis=-1)
+        places = away + arranged.origin[:2] + arranged.bases[:, None, None, :2]
+    elif arranged is not None and arranged.bases is not None and arranged.origin is not None:
         given, bases = arranged.origin[:2], arranged.bases[:, None, None]
         away = places - given
         cosine, sine = np.cos(bases[..., 3]), np.sin(bases[..., 3])

@@ -46,6 +46,11 @@ class Arrangement(ABC):
     def base_origin(self) -> Array | None:
         """Origin of the robot's base at its given place, shape (3,) [m]; None if the base stands still."""
 
+    @property
+    @abstractmethod
+    def base_tilts(self) -> bool:
+        """Whether the robot's base may be tilted."""
+
     @abstractmethod
     def __call__(self, columns: Array, branch: Array | None = None) -> Arranged:
         """Where the points lie.

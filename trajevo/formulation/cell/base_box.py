@@ -13,8 +13,11 @@ from trajevo.base.shown.brief import brief
 from trajevo.base.units import if_degrees, quantity
 from trajevo.errors import InvalidInputError, known_names
 
-#: Coordinates of a base in their order, and their SI units.
-COORDINATES = {"x": "m", "y": "m", "z": "m", "yaw": "rad"}
+#: Coordinates of a base in their order, and their SI units; the last two tilt it.
+COORDINATES = {"x": "m", "y": "m", "z": "m", "yaw": "rad", "pitch": "rad", "roll": "rad"}
+
+#: How many of them do not tilt it.
+LEVEL = 4
 
 #: Beginning of the names of variables that move a base, before the coordinate.
 BASE_VARIABLE = "base "
@@ -28,10 +31,11 @@ _MOST = 20.0
 class BaseBox:
     """Ranges of the displacement of a robot's base from its given place.
 
+    A base is turned by roll, pitch and yaw about the fixed axes x, y and z of the cell through its own origin.
+
     Attributes:
-        lower: least displacement along x, y and z of the cell [m], and least turn about the vertical axis through the
-            base's own origin [rad], shape (4,).
-        upper: the greatest, shape (4,); equal to the least where a coordinate does not move.
+        lower: least displacement along x, y and z of the cell [m], and least yaw, pitch and roll [rad], shape (6,).
+        upper: the greatest, shape (6,); equal to the least where a coordinate does not move.
 
     Raises:
         InvalidInputError: ranges whose ends are the wrong way round, none that is wider than a point, or numbers that
@@ -46,7 +50,9 @@ class BaseBox:
     def __post_init__(self) -> None:
         for name in ("lower", "upper"):
             object.__setattr__(
-                self, name, read_only(numbers(getattr(self, name), name=f"base.moving.{name}", shape=(4,)))
+                self,
+                name,
+                read_only(numbers(getattr(self, name), name=f"base.moving.{name}", shape=(len(COORDINATES),))),
             )
         for k, (key, unit) in enumerate(COORDINATES.items()):
             low, high = float(self.lower[k]), float(self.upper[k])
@@ -82,9 +88,14 @@ class BaseBox:
         return tuple(int(k) for k in np.flatnonzero(self.lower < self.upper))
 
     @property
+    def tilts(self) -> bool:
+        """Whether the base may be tilted in it, by roll or pitch."""
+        return bool(self.lower[LEVEL:].any() or self.upper[LEVEL:].any())
+
+    @property
     def nearest(self) -> Array:
-        """The displacement in the box that is nearest to the given place, shape (4,) [m, m, m, rad]."""
-        return np.clip(np.zeros(4), self.lower, self.upper)
+        """The displacement in the box that is nearest to the given place, shape (6,) [m, and rad from yaw on]."""
+        return np.clip(np.zeros(len(COORDINATES)), self.lower, self.upper)
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -97,8 +108,7 @@ class BaseBox:
         """The box of a mapping ``{"x": [-0.3, 0.3], "yaw": ["-90 deg", "90 deg"]}``; what is not named does not move.
 
         Raises:
-            InvalidInputError: another key, no mapping, no pair of numbers or of text with a unit, a tilt, or as for the
-                class.
+            InvalidInputError: another key, no mapping, no pair of numbers or of text with a unit, or as for the class.
         """
         if isinstance(given, BaseBox):
             return given
@@ -106,13 +116,12 @@ class BaseBox:
             raise InvalidInputError(
                 f"base.moving: expected a range for at least one of {', '.join(COORDINATES)}, got {given!r}"
             )
-        lower, upper = np.zeros(4), np.zeros(4)
+        lower, upper = np.zeros((2, len(COORDINATES)))
         for key, pair in given.items():
-            if key in ("roll", "pitch", "tilt"):
+            if key == "tilt":
                 raise InvalidInputError(
-                    f"base.moving.{key}: a base moves along x, y and z and turns by yaw, as a tilt turns gravity in "
-                    "its frame, and efforts are those of one gravity for all individuals; give a tilted base in the "
-                    "robot's own base"
+                    "base.moving.tilt: expected roll and pitch, by which a base is tilted about x and y of the cell; "
+                    f"roll = {pair!r} is such a range"
                 )
             if key not in COORDINATES:
                 raise InvalidInputError(f"base.moving: no coordinate {key!r}; {known_names(key, COORDINATES)}")

@@ -83,3 +83,8 @@ def check_limits(parameters: Mapping[str, Any], box: BaseBox | None) -> None:
             "tool_height: expected a base that does not move along z, as the height is measured in the base frame; "
             "keep the tool above a plane of the scene instead"
         )
+    if parameters.get("tool_height") is not None and box.tilts:
+        raise InvalidInputError(
+            "tool_height: expected a base that does not tilt, as the height is measured along z of the base frame; "
+            "keep the tool above a plane of the scene instead"
+        )

@@ -16,17 +16,16 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen, read_only
 from trajevo.base.shown.brief import brief
-from trajevo.errors import InvalidInputError
 from trajevo.formulation.cell.arrangement import Arrangement
-from trajevo.formulation.cell.base_box import BASE_VARIABLE, COORDINATES, BaseBox
+from trajevo.formulation.cell.base_box import BASE_VARIABLE, COORDINATES, LEVEL, BaseBox
 from trajevo.formulation.cell.tracking import PoseTargets, tracked
 from trajevo.path.inverse_kinematics import Pose
 from trajevo.robot.kinematics import ToolKinematics
-from trajevo.trajectory.arranged import Arranged
+from trajevo.trajectory.arranged import Arranged, base_rotations
 from trajevo.trajectory.interpolants import Variable
 
 #: Distance of nodes [m and rad], and greatest number of postures at all nodes.
-_APART, _MOST_POSTURES = (0.1, 0.1, 0.1, np.radians(15.0)), 20_000
+_APART, _MOST_POSTURES = (*(0.1,) * 3, *(np.radians(15.0),) * 3), 20_000
 
 #: Difference of the postures of nodes around a base up to which they belong to one branch [rad or m].
 _SAME_BRANCH = 1.0
@@ -44,12 +43,10 @@ def placed_targets(targets: PoseTargets, bases: Array, origin: Array) -> PoseTar
 
     Args:
         targets: N poses in the cell.
-        bases: displacements, shape (N, 4) [m, m, m, rad].
+        bases: displacements, shape (N, 4) or (N, 6) [m, and rad from yaw on].
         origin: origin of the base at its given place, shape (3,) [m].
     """
-    cosine, sine = np.cos(bases[:, 3]), np.sin(bases[:, 3])
-    back = np.zeros((len(bases), 3, 3), dtype=bases.dtype)
-    back[:, 0, 0], back[:, 0, 1], back[:, 1, 0], back[:, 1, 1], back[:, 2, 2] = cosine, sine, -sine, cosine, 1.0
+    back = np.ascontiguousarray(np.swapaxes(base_rotations(bases), 1, 2))
     away = targets.position - origin - bases[:, :3]
     position = origin + (back * away[:, None]).sum(axis=-1)
     return PoseTargets(position, back @ targets.rotation, targets.axis, targets.turned)
@@ -64,7 +61,7 @@ class MovingBase(Arrangement):
         kinematics: of the robot's tool, in the cell while the base is at its given place.
         poses: K poses in the cell.
         box: displacements of the base.
-        home: a displacement at which the postures are known, shape (4,) [m, m, m, rad].
+        home: a displacement at which the postures are known, shape (6,) [m, and rad from yaw on].
         solutions: joint positions there of every branch of every pose, shape (K, C, n_joints) [rad or m].
         origin: origin of the base at its given place, shape (3,) [m].
     """
@@ -107,6 +104,11 @@ class MovingBase(Arrangement):
         return self.origin
 
     @property
+    def base_tilts(self) -> bool:
+        """Whether the base may be tilted."""
+        return self.box.tilts
+
+    @property
     def nominal(self) -> Array:
         """The first branch of every pose at the known base, shape (K, n_joints) [rad or m]."""
         return self.solutions[:, 0]
@@ -117,10 +119,10 @@ class MovingBase(Arrangement):
         return np.zeros(len(self.solutions), dtype=bool)
 
     def bases(self, columns: Array) -> Array:
-        """Displacements of columns, (B, n_variables) -> (B, 4) [m, m, m, rad]."""
+        """Displacements of columns, (B, n_variables) -> (B, 4), or (B, 6) in a box that tilts [m and rad]."""
         bases = np.tile(self.box.lower, (len(columns), 1)).astype(columns.dtype)
         bases[:, list(self.box.free)] = columns
-        return bases
+        return bases if self.box.tilts else bases[:, :LEVEL]
 
     def __call__(self, columns: Array, branch: Array | None = None) -> Arranged:
         """The points of every individual; see :meth:`Arrangement.__call__`."""
@@ -141,13 +143,13 @@ class MovingBase(Arrangement):
         shape = tuple(map(len, axes))
         columns = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
         q, reached = _Spreading(self, columns, shape).found()
-        return PostureGrid(lower, upper, q, reached)
+        return PostureGrid(lower, upper, q, reached, self.box.tilts)
 
     def solved(self, bases: Array, starts: Array) -> tuple[Array, Array]:
         """Postures of all branches from starts, and whether they reach their poses.
 
         Args:
-            bases: displacements, shape (N, 4) [m, m, m, rad].
+            bases: displacements, shape (N, 4) or (N, 6) [m, and rad from yaw on].
             starts: joint positions, shape (N, K, C, n_joints) [rad or m].
 
         Returns:
@@ -171,12 +173,15 @@ class PostureGrid:
         upper: the greatest, shape (D,).
         q: postures of all branches, shape (..., K, C, n_joints) after one axis for each column [rad or m].
         reached: whether they reach their poses, shape (..., K, C).
+        by_simplices: whether postures are interpolated between the D + 1 nodes of a simplex around a base, of which
+            there are fewer than the 2ᴰ nodes of a cell.
     """
 
     lower: Array
     upper: Array
     q: Array
     reached: Array
+    by_simplices: bool = False
 
     __repr__ = brief
 
@@ -196,9 +201,7 @@ class PostureGrid:
         steps = np.array(self.q.shape[: len(self.lower)]) - 1
         at = (columns - self.lower) / (self.upper - self.lower) * steps
         cell = np.clip(np.floor(at.real).astype(np.intp), 0, steps - 1)
-        share = at - cell
-        corners = np.array(list(itertools.product((0, 1), repeat=len(steps))))
-        weights = np.where(corners, share[:, None], 1.0 - share[:, None]).prod(axis=2)
+        corners, weights = (_of_simplices if self.by_simplices else _of_cells)(at - cell)
         pose = np.arange(branch.shape[1])
         index = tuple((cell[:, None] + corners)[..., k][..., None] for k in range(len(steps)))
         place = (*index, pose, branch[:, None])
@@ -212,6 +215,26 @@ class PostureGrid:
         blended = (shares[..., None] * q).sum(axis=1) / np.where(some, total, 1.0)[..., None]
         apart = np.where(reached[..., None], np.abs(q - nearest[:, None]), 0.0).max(axis=(1, 3))
         return np.where((some & (apart <= _SAME_BRANCH))[..., None], blended, nearest)
+
+
+def _of_cells(share: Array) -> tuple[Array, Array]:
+    """Steps from the lowest to all corners of a cell, (1, 2ᴰ, D), and their weights (B, 2ᴰ) at shares (B, D) of it."""
+    corners = np.array(list(itertools.product((0, 1), repeat=share.shape[1])))
+    return corners[None], np.where(corners, share[:, None], 1.0 - share[:, None]).prod(axis=2)
+
+
+def _of_simplices(share: Array) -> tuple[Array, Array]:
+    """Steps from the lowest corner to those of the simplex in which shares (B, D) of a cell lie, and their weights.
+
+    A cell is cut into the simplices of Kuhn (IBM Journal of Research and Development 4, 1960): corners follow from the
+    lowest one by a step along each axis, the one with the greatest share first. Shapes (B, D + 1, D) and (B, D + 1).
+    """
+    order = np.argsort(-share.real, axis=1, kind="stable")
+    falling = np.take_along_axis(share, order, axis=1)
+    ends = np.concatenate([np.ones_like(falling[:, :1]), falling], axis=1)
+    weights = ends - np.concatenate([falling, np.zeros_like(falling[:, :1])], axis=1)
+    rank = np.argsort(order, axis=1)
+    return (rank[:, None] < np.arange(share.shape[1] + 1)[:, None]).astype(np.intp), weights
 
 
 def _axes(box: BaseBox, postures: int) -> list[Array]:
@@ -255,9 +278,10 @@ class _Spreading:
     def _start(self, first: int) -> None:
         """The first node, in steps from the known base."""
         moving, there = self.moving, self.moving.bases(self.columns[first][None])[0]
+        home = moving.home[: len(there)]
         q = moving.branches[None]
         for share in (0.25, 0.5, 0.75, 1.0):
-            q, reached = moving.solved((moving.home + share * (there - moving.home))[None], q)
+            q, reached = moving.solved((home + share * (there - home))[None], q)
         self.q[first], self.reached[first] = q[0], reached[0]
 
     def _neighbours(self, nodes: Array) -> Array:
@@ -307,16 +331,3 @@ class _Spreading:
         self.q[nodes] = np.where(better[..., None], q, self.q[nodes])
         self.reached[nodes] |= better
         return bool(better.any())
-
-
-def check_gravity(gravity: Array, box: BaseBox) -> None:
-    """Refuse a yaw that would turn gravity.
-
-    Raises:
-        InvalidInputError: gravity is not along z of the cell, and the base turns.
-    """
-    if 3 in box.free and np.abs(gravity[:2]).max() > 1e-9 * np.abs(gravity).max(initial=1.0):
-        raise InvalidInputError(
-            "base.moving.yaw: expected gravity along z of the cell, about which the base turns, got "
-            f"{np.asarray(gravity).tolist()} m/s^2: give gravity along z, and how the robot stands as its base"
-        )

@@ -8,7 +8,9 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.dynamics.rollout import Rollout
+from trajevo.formulation.constraints.scenes.rotations import matrix_of, rpy_of
 from trajevo.robot.files.cell import base_of
+from trajevo.trajectory.arranged import base_rotations
 
 
 @final
@@ -21,12 +23,16 @@ class BasePlacement:
         rpy: roll, pitch and yaw of the base about the fixed axes of the cell [rad].
         moved: how far the origin is from the given place, along x, y and z [m].
         yaw: how far the base is turned from there about the vertical axis [rad].
+        pitch: how far it is tilted from there about y of the cell, before the yaw [rad].
+        roll: how far it is tilted from there about x of the cell, before the pitch [rad].
     """
 
     position: tuple[float, float, float]
     rpy: tuple[float, float, float]
     moved: tuple[float, float, float]
     yaw: float
+    pitch: float = 0.0
+    roll: float = 0.0
 
     @classmethod
     def of(cls, rollout: Rollout) -> BasePlacement | None:
@@ -34,10 +40,15 @@ class BasePlacement:
         arranged = rollout.arranged
         if arranged is None or arranged.bases is None or arranged.origin is None:
             return None
-        x, y, z, yaw = np.asarray(arranged.bases[0].real).tolist()
-        given, rpy = arranged.origin.tolist(), base_of(rollout.robot.description()).rpy.tolist()
+        bases = np.asarray(arranged.bases[:1].real)
+        x, y, z, yaw, *tilt = bases[0].tolist()
+        given, rpy = arranged.origin.tolist(), base_of(rollout.robot.description()).rpy
         position = given[0] + x, given[1] + y, given[2] + z
-        return cls(position, (rpy[0], rpy[1], rpy[2] + yaw), (x, y, z), yaw)
+        roll, pitch, turn = rpy.tolist()
+        if not any(tilt):
+            return cls(position, (roll, pitch, turn + yaw), (x, y, z), yaw)
+        turned = rpy_of(base_rotations(bases)[0] @ matrix_of(rpy.tolist()), "base")
+        return cls(position, turned, (x, y, z), yaw, *tilt)
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -46,8 +57,14 @@ class BasePlacement:
 
     def __str__(self) -> str:
         places = ", ".join(f"{axis} {_told(value)} m" for axis, value in zip("xyz", self.position, strict=True))
-        turned = f", yaw {np.degrees(self.rpy[2]):.4g} deg" if self.rpy[2] or self.yaw else ""
         away = ", ".join(_told(value, "+") for value in self.moved)
+        if self.pitch or self.roll:
+            names = "roll", "pitch", "yaw"
+            angles = (f"{name} {np.degrees(each):.4g} deg" for name, each in zip(names, self.rpy, strict=True))
+            moved = zip(names, (self.roll, self.pitch, self.yaw), strict=True)
+            by = ", ".join(f"{name} {np.degrees(each):+.4g} deg" for name, each in moved)
+            return f"{places}, {', '.join(angles)} (moved by {away} m, {by})"
+        turned = f", yaw {np.degrees(self.rpy[2]):.4g} deg" if self.rpy[2] or self.yaw else ""
         return f"{places}{turned} (moved by {away} m{f', {np.degrees(self.yaw):+.4g} deg' if self.yaw else ''})"
 
 

@@ -17,7 +17,7 @@ from trajevo.errors import InvalidInputError, TrajevoError, UnreachableError, ch
 from trajevo.formulation.cell.arrangement import Arrangement
 from trajevo.formulation.cell.base_box import COORDINATES, BaseBox
 from trajevo.formulation.cell.beside import check_beside, check_limits
-from trajevo.formulation.cell.moving_base import MovingBase, check_gravity, placed_targets
+from trajevo.formulation.cell.moving_base import MovingBase, placed_targets
 from trajevo.formulation.cell.tracking import PoseTargets, tracked
 from trajevo.formulation.cell.visits import POSTURES, StillCell, Visits, still_branches
 from trajevo.path.choices.branches import MOST_STATES, Branches, branches_of, reached
@@ -106,7 +106,7 @@ def varied_cell(
     told, given = points_of(points, robot) if box is None else poses_of(points, robot)
     free = FreeOrder.of(order, len(given))
     said: dict[str, Any] = {}
-    home, origin = np.zeros(4), np.zeros(3)
+    home, origin = np.zeros(len(COORDINATES)), np.zeros(3)
     if box is None:
         nearest = reached(robot, given)
     else:
@@ -133,7 +133,6 @@ def _box(base: Any, robot: Robot) -> BaseBox:
         checked_name("key of base", key, ("moving",))
     box = BaseBox.of(base["moving"])
     robot.check_body("a moving base")
-    check_gravity(np.array(robot.model.gravity.linear), box)
     return box
 
 

@@ -95,6 +95,11 @@ class VariedPoints(Interpolant):
         return self.arrangement.base_origin
 
     @property
+    def base_tilts(self) -> bool:
+        """Whether the robot's base may be tilted."""
+        return self.arrangement.base_tilts
+
+    @property
     def variables(self) -> tuple[Variable, ...]:
         """Those of the interpolant, then those of the arrangement."""
         return self._inner.variables + self.arrangement.variables

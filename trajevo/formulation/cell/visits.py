@@ -77,6 +77,11 @@ class StillCell(Arrangement):
         return None
 
     @property
+    def base_tilts(self) -> bool:
+        """False: the base stands still."""
+        return False
+
+    @property
     def still(self) -> Array:
         """Whether a point has one branch alone, shape (K,)."""
         return np.asarray((self.solutions == self.solutions[:, :1]).all(axis=(1, 2)))
@@ -197,6 +202,11 @@ class Visits(Arrangement):
     def base_origin(self) -> Array | None:
         """Origin of the robot's base at its given place, shape (3,) [m]; None if the base stands still."""
         return self.inner.base_origin
+
+    @property
+    def base_tilts(self) -> bool:
+        """Whether the robot's base may be tilted."""
+        return self.inner.base_tilts
 
     @property
     def still(self) -> Array:

@@ -150,6 +150,9 @@ def _first_of_equals(rollout: Rollout) -> np.ndarray[Any, np.dtype[np.bool_]]:
     changed = (motion[1:] != motion[:-1]).any(axis=(1, 2))
     if rollout.masses is not None:
         changed |= rollout.masses.real[1:] != rollout.masses.real[:-1]
+    if rollout.dynamics.gravity is not None:
+        gravity = rollout.dynamics.gravity.real
+        changed |= (gravity[1:] != gravity[:-1]).any(axis=1)
     return np.concatenate([[True], changed])
 
 

@@ -36,7 +36,7 @@ from trajevo.formulation.constraints.constraint import Constraint, LimitKind, Li
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.path.loads import Schedule
 from trajevo.robot.robot import Robot
-from trajevo.robot.shapes.gantry import carriage_of, on_gantry
+from trajevo.robot.shapes.gantry import CARRIAGE, carriage_of, on_gantry
 from trajevo.robot.transmission import Direct, Mimicking
 from trajevo.trajectory.batch import TrajectoryBatch
 
@@ -45,7 +45,7 @@ NAMES = ("clearance to obstacles", "clearance to itself")
 
 
 def clearance_limit(
-    robot: Robot, scene: Scene, *, tolerance: float = 1e-3, moved_from: Array | None = None
+    robot: Robot, scene: Scene, *, tolerance: float = 1e-3, moved_from: Array | None = None, tilts: bool = False
 ) -> Constraint:
     """Missing clearance, divided by the clearance (0.01 m at least); at most 0 only if the clearance is proven.
 
@@ -60,6 +60,7 @@ def clearance_limit(
         tolerance: how far the proven distance may be below the true one where feasibility depends on it [m].
         moved_from: origin of the robot's base at its given place, shape (3,) [m], if every motion has a base of its
             own; the obstacles stay where they are, and what the base stands on there it may touch everywhere.
+        tilts: whether these bases are tilted too.
 
     Returns:
         A constraint with one column for obstacles and one for the robot itself, as far as the scene has them. It can be
@@ -78,7 +79,7 @@ def clearance_limit(
     if not (real and 0.0 < tolerance < np.inf):
         raise InvalidInputError(f"tolerance: expected a positive number [m], got {tolerance!r}")
     if moved_from is not None:
-        robot = on_gantry(robot, moved_from)
+        robot = on_gantry(robot, moved_from, tilts=tilts)
         scene = standing_on(robot, scene)
     return _limit(ProvenClearance(Collision(robot, scene), float(tolerance)))
 
@@ -335,7 +336,10 @@ def clearance_along(motion: Any, scene: Scene, *, density: int = 50) -> Clearanc
         raise InvalidInputError(f"density: expected a whole number from 1 on, got {density!r}")
     rollout = rollout_of(motion)
     bases, origin = bases_of(rollout), None if rollout.arranged is None else rollout.arranged.origin
-    collision = Collision(rollout.robot if bases is None or origin is None else on_gantry(rollout.robot, origin), scene)
+    robot = rollout.robot
+    if bases is not None and origin is not None:
+        robot = on_gantry(robot, origin, tilts=bases.shape[1] > len(CARRIAGE))
+    collision = Collision(robot, scene)
     states = collision.with_time(from_bases(rollout.trajectory, bases))
     samples = states.sample(density * (states.breaks.shape[1] - 1) + 1)
     distances = collision.distances(samples.q.reshape(-1, states.n_joints))
@@ -345,7 +349,7 @@ def clearance_along(motion: Any, scene: Scene, *, density: int = 50) -> Clearanc
 CLEARANCE = LimitKind(
     "clearance",
     "distances from the robot's links to obstacles and to each other, at every instant",
-    lambda limited, scene: clearance_limit(limited.robot, scene, moved_from=limited.moved_from),
+    lambda limited, scene: clearance_limit(limited.robot, scene, moved_from=limited.moved_from, tilts=limited.tilts),
     (
         LimitParameter(
             "scene",

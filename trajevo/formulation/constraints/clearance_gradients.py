@@ -55,12 +55,12 @@ def takes_steps(trajectory: TrajectoryBatch) -> bool:
 
 
 def bases_of(rollout: Rollout) -> Array | None:
-    """Where the base is in each motion, shape (B, 4) [m, m, m, rad]; None if it stands still."""
+    """Where the base is in each motion, shape (B, 4) or (B, 6), see ``Arranged.bases``; None if it stands still."""
     return None if rollout.arranged is None else rollout.arranged.bases
 
 
 def from_bases(trajectory: TrajectoryBatch, bases: Array | None) -> TrajectoryBatch:
-    """Motions of a robot on a gantry, whose first joints hold its base at bases (B, 4); the same motions for None."""
+    """Motions of a robot on a gantry, whose first joints hold its base at bases, (B, 4) or (B, 6); None adds none."""
     if bases is None or not isinstance(trajectory, PolynomialBatch):
         return trajectory
     return trajectory.after_constants(bases)

@@ -124,6 +124,11 @@ class Limited:
         """Origin of the robot's base at its given place, shape (3,) [m], if the base moves; else None."""
         return self.interpolant.base_origin if isinstance(self.interpolant, ArrangesPoints) else None
 
+    @property
+    def tilts(self) -> bool:
+        """Whether the base may be tilted."""
+        return isinstance(self.interpolant, ArrangesPoints) and self.interpolant.base_tilts
+
 
 #: Greatest number of a parameter of a limit, by its unit.
 _NO_MORE = {"m": 100.0, "m/s": 50.0}

@@ -129,6 +129,7 @@ class PayloadBox:
         def each(dynamics: Dynamics) -> Array:
             if dynamics.schedule != schedule:  # a motion that stands, of which other loads are asked
                 dynamics = replace(dynamics, schedule=schedule)
+            dynamics = dynamics.under(rollout.dynamics.gravity)
             added: Array = dynamics.effort_per_kilogram(*states, rollout.segments, axis=1)[..., joints].ravel()
             return added
 

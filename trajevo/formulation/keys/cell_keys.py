@@ -12,7 +12,7 @@ _Index = Annotated[int, pydantic.Field(strict=True, ge=0)]
 
 
 class BaseRanges(Told):
-    """Ranges of a base; other keys are refused where the ranges are used, which says why a base does not tilt."""
+    """Ranges of a base; other keys are refused where the ranges are used, which says the nearest one."""
 
     model_config = pydantic.ConfigDict(extra="allow", frozen=True, defer_build=True)
 
@@ -21,6 +21,12 @@ class BaseRanges(Told):
     z: list[Amount] | None = pydantic.Field(None, description="Along z of the cell; a text has its unit [m].")
     yaw: list[Amount] | None = pydantic.Field(
         None, description="About the vertical axis through its origin; a text has its unit [rad]."
+    )
+    pitch: list[Amount] | None = pydantic.Field(
+        None, description="Tilt about y of the cell through its origin, before the yaw; a text has its unit [rad]."
+    )
+    roll: list[Amount] | None = pydantic.Field(
+        None, description="Tilt about x of the cell through its origin, before the pitch; a text has its unit [rad]."
     )
 
 

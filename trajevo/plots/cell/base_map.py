@@ -73,7 +73,7 @@ def _shown(found: BaseMap, which: int) -> tuple[Array, str, float]:
     interpolant = found.problem.interpolant
     origin = interpolant.base_origin if isinstance(interpolant, VariedPoints) else None
     unit, factor = display(COORDINATES[axis], angle="deg")
-    start = 0.0 if axis == "yaw" or origin is None else float(origin["xyz".index(axis)])
+    start = 0.0 if axis not in "xyz" or origin is None else float(origin["xyz".index(axis)])
     label = f"turn of the base [{unit}]" if axis == "yaw" else f"{axis} of the base [{unit}]"
     return factor * (start + moved), label, factor * start
 

@@ -1,4 +1,4 @@
-"""A robot on a carriage: four more joints move its base, so that whatever is computed for joints is so for the base."""
+"""A robot on a carriage: more joints move its base, so that whatever is computed for joints is so for the base."""
 
 from __future__ import annotations
 
@@ -17,16 +17,23 @@ from trajevo.robot.transmission import Mimicking
 #: about the vertical axis through the origin of the base.
 CARRIAGE = ("carriage x", "carriage y", "carriage z", "carriage yaw")
 
+#: Names of two more, by which a base is tilted: they turn about the axes y and x that are carried by those before.
+TILTING = ("carriage pitch", "carriage roll")
 
-def on_gantry(robot: Robot, origin: Array) -> Robot:
+
+def on_gantry(robot: Robot, origin: Array, *, tilts: bool = False) -> Robot:
     """The same robot with four more joints at its base, the first ones; where they are at 0 it is where it was.
+
+    Where the base tilts, there are six, by which it turns as by roll, pitch and yaw about the fixed axes of the cell.
 
     Args:
         robot: a robot whose actuators drive its joints directly, of which some may follow others.
-        origin: origin of its base, through which the axis of the last of them goes, shape (3,) [m].
+        origin: origin of its base, through which the axes of the last of them go, shape (3,) [m].
+        tilts: whether the base tilts.
     """
-    model = on_carriage(robot.model, CARRIAGE, origin)
-    far, limits = np.full(len(CARRIAGE), np.inf), robot.limits
+    names = (*CARRIAGE, *TILTING) if tilts else CARRIAGE
+    model = on_carriage(robot.model, names, origin)
+    far, limits = np.full(len(names), np.inf), robot.limits
     return replace(
         robot,
         model=model,
@@ -36,8 +43,8 @@ def on_gantry(robot: Robot, origin: Array) -> Robot:
             upper=np.append(far, limits.upper),
             **{name: np.append(far, getattr(limits, name)) for name in ("velocity", "acceleration", "jerk", "effort")},
         ),
-        joint_names=(*CARRIAGE, *robot.joint_names),
-        joint_units=("m", "m", "m", "rad", *robot.joint_units),
+        joint_names=(*names, *robot.joint_names),
+        joint_units=(*["m"] * 3, *["rad"] * (len(names) - 3), *robot.joint_units),
     )
 
 

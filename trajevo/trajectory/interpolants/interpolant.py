@@ -135,6 +135,10 @@ class ArrangesPoints(Protocol):
     def base_origin(self) -> Array | None:
         """Origin of the robot's base at its given place, shape (3,) [m]; None if it stands still."""
 
+    @property
+    def base_tilts(self) -> bool:
+        """Whether the robot's base may be tilted."""
+
     def motions(self, x: Array) -> tuple[TrajectoryBatch, Arranged]:
         """The motions of decision vectors (B, n_variables), and how the cell is arranged for each of them."""
 

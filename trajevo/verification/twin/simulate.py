@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -95,7 +94,7 @@ def simulate(
         return _simulated_front(motion, settings, rows)
     if rows is not None:
         raise InvalidInputError(f"rows: expected a front with them, got {type(motion).__name__}")
-    return next(_simulations(_part(rollout_of(motion), slice(0, 1)), settings))
+    return next(_simulations(rollout_of(motion).rows(slice(0, 1)), settings))
 
 
 def _simulated_front(front: Front, settings: TwinSettings, rows: Any) -> SimulatedFront:
@@ -106,8 +105,9 @@ def _simulated_front(front: Front, settings: TwinSettings, rows: Any) -> Simulat
     if isinstance(chosen, int) or not len(chosen):
         raise InvalidInputError(f"rows: expected several rows of the front, got {rows!r}")
     rollout, found = front.rollouts_of(chosen), []
-    for begin in range(0, len(chosen), _TOGETHER):
-        for one in _simulations(_part(rollout, slice(begin, begin + _TOGETHER)), settings):
+    together = _TOGETHER if rollout.dynamics.gravity is None else 1  # a world has one gravity
+    for begin in range(0, len(chosen), together):
+        for one in _simulations(rollout.rows(slice(begin, begin + together)), settings):
             found.append({name: getattr(one, name) for name in _BY_MEMBER})
     step = settings.period / settings.steps(dry=rollout.robot.friction.is_dry)
     columns = {name: frozen(np.array([each[name] for each in found])) for name in _BY_MEMBER}
@@ -125,12 +125,6 @@ _BY_MEMBER = (
     "used",
     "saturation",
 )
-
-
-def _part(rollout: Rollout, rows: slice) -> Rollout:
-    """Some motions of a rollout."""
-    masses = None if rollout.masses is None else rollout.masses[rows]
-    return replace(rollout, trajectory=rollout.trajectory[rows], masses=masses)
 
 
 def _simulations(rollout: Rollout, settings: TwinSettings) -> Iterator[Simulation]:
