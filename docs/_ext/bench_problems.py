@@ -9,6 +9,7 @@ INTRODUCTION = """# Problems of the benchmark suite
 Every problem is a folder in `problems/bench/`: `task.toml`, or the name of a registered problem, and `reference.json`
 with the best that is known of it, as decision vectors. Whenever they are read, the problem evaluates them again; a
 member that breaks a limit, or has other values than the file says, is refused. To add a problem, add such a folder.
+Where the greatest payloads of given motions are asked for, none may be less than what is proven to be possible.
 
 Each problem also has a plain statement, one decision vector at a time in SciPy and Pinocchio, on which any other solver
 can be set; where it has none, its section says so.
@@ -29,12 +30,7 @@ closed form found it, on the same curve where no note says otherwise.
 
 #: Problems that were thought of, and why they are not in the suite.
 OUT = {
-    "Robot arm of COPS 3.1, least time 9.14138 s": "its equations have no Coriolis forces, so no robot of rigid bodies "
-    "has them, and a task cannot state equations",
-    "Payload of the motion of Table 7 (Guo 2016)": "a task fixes times between points, and this spline has two knots "
-    "more; `guo2016_payload` has the times free",
     "Motors that heat, with a hold after each motion": "no plain statement",
-    "Random motions, their payload by dense bisection": "tests of capacities have them; a suite has fixed problems",
 }
 LEFT_OUT = "\n".join(
     [
@@ -78,7 +74,12 @@ def _section(of: BenchmarkProblem) -> str:
     what = (
         f"registered problem `{told.registered.name}`" if told.registered else f"`problems/bench/{of.name}/task.toml`"
     )
-    count = "the least value" if told.kind == "least" else f"a front of {len(told.values)} members"
+    counts = {
+        "least": "the least value",
+        "front": f"a front of {len(told.values)} members",
+        "capacity": f"the greatest payload of each of {len(told.values)} given motions",
+    }
+    count = counts[told.kind]
     lines = [f"## {of.name}", "", f"{told.title}. {what[0].upper()}{what[1:]}.", "", f"Source: {told.source}.", ""]
     lines += [f"Best known: {count}, found by {told.found_by}.", ""]
     lines += ["| objective | unit | least known | box |", "|---|---|---|---|"]

@@ -98,16 +98,21 @@ def hypervolume_bands(
             histories = [_at(result, grid) for result in group if np.isfinite(result.hypervolume).all()]
             if not histories:
                 continue
-            low, middle, high = np.quantile(histories, (0.25, 0.5, 0.75), axis=0)
             instants = np.arange(1, len(grid) + 1) if alike else grid
-            ax.fill_between(instants, low, high, color=colour(i), alpha=0.2, linewidth=0)
-            ax.plot(instants, middle, label=name, **curve(i))
+            band_drawn(ax, i, instants, np.quantile(histories, (0.25, 0.5, 0.75), axis=0), name)
         ax.set(xlabel="generation" if alike else "individuals evaluated", ylabel=_VOLUME)
         if alike:
             ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
         if factor:
             key(ax, title=factor)
     return ax
+
+
+def band_drawn(ax: Axes, i: int, at: Array, quartiles: Array, name: str) -> None:
+    """Draw a median within a band of its quartiles, shape (3, N), at places (N,), as the i-th of several."""
+    low, middle, high = quartiles
+    ax.fill_between(at, low, high, color=colour(i), alpha=0.2, linewidth=0)
+    ax.plot(at, middle, label=name, **curve(i))
 
 
 def attainment(

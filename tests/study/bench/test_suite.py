@@ -62,7 +62,7 @@ def test_a_box_holds_the_best_known_set(name):
     assert (values >= ideal).all()
     assert (values < corner).all()
     assert len(told.variables) == len(values) > 0
-    assert told.kind == "front" or len(values) == 1
+    assert told.kind != "least" or len(values) == 1
     if told.kind == "front":
         assert len(values) >= 20
         order = np.lexsort(values.T[::-1])

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -11,9 +13,8 @@ from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
 from trajevo.path.curve import GeometricPath
 from trajevo.robot.robot import Robot
-
-if TYPE_CHECKING:
-    from trajevo.study.bench.contest import Contest
+from trajevo.study.bench.adapters.adapter import BenchRival
+from trajevo.study.bench.contest import Contest
 
 #: Places at which profiles are looked at, both ends included.
 PLACES = 50_001
@@ -77,6 +78,30 @@ class PathProfile:
 def limits_of(robot: Robot) -> tuple[Array, Array, Array]:
     """Greatest velocity, acceleration and jerk of every joint, each shape (n_joints,), infinite where there is none."""
     return robot.limits.velocity, robot.limits.acceleration, robot.limits.jerk
+
+
+class PathRival(BenchRival):
+    """A solver of least times along fixed paths, whose motions no decision vectors stand for.
+
+    Attributes:
+        limits_jerk: whether it limits jerk.
+    """
+
+    limits_jerk: ClassVar[bool] = False
+
+    @abstractmethod
+    def profiles(self, robot: Robot, path: GeometricPath) -> Iterable[PathProfile]:
+        """Motions along a path, better and better ones if it finds several."""
+
+    def refuses(self, contest: Contest) -> str:
+        """See :meth:`BenchRival.refuses`."""
+        return on_a_path(contest, jerk=self.limits_jerk)
+
+    def solve(self, contest: Contest) -> None:
+        """See :meth:`BenchRival.solve`."""
+        robot, path = contest.problem.robot, contest.problem.path
+        for profile in self.profiles(robot, path):
+            contest.found(profile.duration, lambda found=profile: found.excess(robot, path))  # type: ignore[misc]
 
 
 def on_a_path(contest: Contest, *, jerk: bool) -> str:

@@ -80,6 +80,8 @@ class Contest:
         problem: trajevo's batched form, a pymoo problem.
         statement: the plain form, one row at a time; None if there is none.
         unstated: why there is none.
+        motions_given: decision vectors of the motions whose greatest payloads are asked for, with a payload of 0 kg as
+            their last variable, shape (K, variables); None where motions themselves are looked for.
         seed: seed of all randomness.
         budget: CPU time that the rival may spend [s].
         lower: least decision variables, shape (variables,).
@@ -95,6 +97,7 @@ class Contest:
         self._most = np.inf if most is None else most
         self.problem: Any = benchmark.problem()
         self.statement, self.unstated = _statement_of(benchmark)
+        self.motions_given: Any = _motions_of(benchmark)
         self.lower, self.upper = frozen(np.array(self.problem.xl)), frozen(np.array(self.problem.xu))
         self.n_obj = int(self.problem.n_obj)
         self.tried: list[Tried] = []
@@ -224,6 +227,15 @@ class Contest:
     def _in_time(self, cpu: float) -> None:
         if cpu > self.budget or self.evaluations >= self._most:
             raise OutOfTimeError(f"{cpu:g} s of CPU time and {self.evaluations} evaluations are used up")
+
+
+def _motions_of(benchmark: BenchmarkProblem) -> Array | None:
+    """Decision vectors of given motions without payload, shape (K, variables); None if none are given."""
+    if benchmark.told.kind != "capacity":
+        return None
+    motions = np.array(benchmark.told.variables)
+    motions[:, -1] = 0.0
+    return frozen(motions)
 
 
 def _statement_of(benchmark: BenchmarkProblem) -> tuple[Any, str]:

@@ -15,10 +15,10 @@ from matplotlib.axes import Axes
 from trajevo.base.arrays import Array
 from trajevo.base.files import own_folder, why_not, write_whole
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.plots.paper import LIMIT, Width, colour, curve, key, log_ticks, panel
+from trajevo.plots.paper import LIMIT, Width, key, log_ticks, panel
 from trajevo.study.bench.record import BenchResults, BenchRun
 from trajevo.study.bench.score import SHARES
-from trajevo.study.plots import surfaces_drawn, surfaces_of
+from trajevo.study.plots import band_drawn, surfaces_drawn, surfaces_of
 
 #: Times at which shares are drawn, evenly spaced in their logarithm, and the first as a share of the last.
 _TIMES, _FIRST = 200, 1e-3
@@ -45,9 +45,7 @@ def convergence(results: BenchResults, problem: str, *, ax: Axes | None = None, 
             ax.axhline(100.0 * share, color=LIMIT, linewidth=0.5, linestyle=":")
         for i, (rival, runs) in enumerate(groups.items()):
             courses = 100.0 * np.array([course(run, t) for run in runs])
-            low, middle, high = np.quantile(courses, (0.25, 0.5, 0.75), axis=0, method="inverted_cdf")
-            ax.fill_between(t, low, high, color=colour(i), alpha=0.2, linewidth=0)
-            ax.plot(t, middle, label=rival, **curve(i))
+            band_drawn(ax, i, t, np.quantile(courses, (0.25, 0.5, 0.75), axis=0, method="inverted_cdf"), rival)
         ax.set(xscale="log", xlim=(t[0], t[-1]), ylim=(0.0, None), xlabel="CPU time [s]")
         ax.set_ylabel("share of the best known [%]")
         log_ticks(ax.xaxis)

@@ -2,7 +2,8 @@
 
 A file ``reference.json`` holds what is said of a problem, what was published, and the best known set as decision
 vectors. The values beside them are only compared: a set counts if the problem itself finds the same objectives and
-every limit kept. Limits that the problem proves at every instant are thereby proven again.
+every limit kept. Limits that the problem proves at every instant are thereby proven again. Of capacities, the greatest
+payloads of given motions, it is also proven that none is greater.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.base.files import read_text, write_whole
 from trajevo.base.plain import from_json
 from trajevo.base.shown.brief import brief
+from trajevo.capacity.dlcc import TOLERANCES, capacities
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.archive import Archive
@@ -30,12 +32,18 @@ from trajevo.verification.certify import certify_all
 #: Share by which values found again may differ from those in the file: machines round differently.
 SAME = 1e-9
 
+#: Share by which a capacity may be less than the bound that is proven of it: it is of samples, rounded down.
+LEFT = 1e-5
+
 #: Greatest number of members of a best known front, by the number of objectives; many objectives need more.
 MOST_MEMBERS = {2: 200, 3: 300}
 _MOST_OF_MANY = 500
 
 #: Share by which a least value must be less than the best known one to be kept: less is rounding.
 _BETTER = 1e-12
+
+#: What is asked: a front, the least value of the first objective, or the greatest payloads of given motions.
+Kind = Literal["front", "least", "capacity"]
 
 _Number = Annotated[float, pydantic.Field(allow_inf_nan=False)]
 
@@ -86,7 +94,8 @@ class ReferenceFile(_Model):
     Attributes:
         title: what the problem is, in one line.
         source: where the problem is from.
-        kind: ``"front"``, or ``"least"`` for the least value of the first objective.
+        kind: ``"front"``; ``"least"`` for the least value of the first objective; or ``"capacity"`` for the greatest
+            payloads of given motions.
         found_by: how the best known set was found.
         objectives: names of the objectives, as the problem has them.
         units: their SI units.
@@ -94,13 +103,14 @@ class ReferenceFile(_Model):
         reference_point: far corner of the hypervolume's box [SI].
         published: what others have printed.
         registered: the registered problem, where there is no task.
-        variables: decision vectors of the best known set [SI].
+        variables: decision vectors of the best known set [SI]; of capacities each is a given motion, but for the last
+            variable, the payload's mass.
         values: their objectives [SI].
     """
 
     title: str
     source: str
-    kind: Literal["front", "least"]
+    kind: Kind
     found_by: str
     objectives: tuple[str, ...]
     units: tuple[str, ...]
@@ -151,7 +161,7 @@ class Reference:
         file: what the file says.
     """
 
-    kind: Literal["front", "least"]
+    kind: Kind
     objectives: tuple[str, ...]
     ideal: Array
     reference_point: Array
@@ -196,6 +206,8 @@ class Reference:
                     f"{place}: values.{row}: expected {values[row, column]:.17g} for {file.objectives[column]}, as the "
                     f"problem finds, got {kept[row, column]:.17g}"
                 )
+            if file.kind == "capacity":
+                _check_greatest(problem, X, place)
         ideal, corner = (frozen(np.array(each)) for each in (file.ideal, file.reference_point))
         return cls(file.kind, file.objectives, ideal, corner, frozen(X), frozen(values), file.published, file, problem)
 
@@ -203,7 +215,7 @@ class Reference:
         """The best of this set and other decision vectors, which are checked in the same way.
 
         A front is that of both, or 200 to 500 members spread over it if they have more hypervolume than this set; a
-        least value is replaced by a lesser one.
+        least value is replaced by a lesser one. Capacities stay: it is proven that none is greater.
 
         Args:
             X: decision vectors, shape (B, n_var).
@@ -217,6 +229,8 @@ class Reference:
         """
         new = numbers(X, name="X", shape=("B", self._problem.n_var))
         values = _checked(self._problem, new, "X")
+        if self.kind == "capacity":
+            return self
         merged, F = np.concatenate([self.variables, new]), np.concatenate([self.values, values])
         rows = self._least(F) if self.kind == "least" else self._front(F)
         if (rows < len(self.variables)).all() or not self.hypervolume(F[rows]) > self.hypervolume(self.values):
@@ -295,3 +309,21 @@ def _checked(problem: TrajectoryProblem, X: Array, place: str) -> Array:
         raise InvalidInputError(f"{place}: row {row}: breaks {problem.constraint_names[column]} by {excess}")
     found: Array = F
     return found
+
+
+def _check_greatest(problem: TrajectoryProblem, X: Array, place: str) -> None:
+    """Check that no motion of (B, n_var) carries more than its own mass, the last variable [kg].
+
+    Raises:
+        InvalidInputError: the payload is no variable of the problem, or one that may carry more; the message names it.
+    """
+    if problem.payload_range is None:
+        raise InvalidInputError(f"{place}: kind: expected a payload that is a variable, as capacities are asked for")
+    # Proofs a tenth as wide as what is left.
+    upper = capacities(problem.rollout(X), tolerance=max(0.1 * LEFT, TOLERANCES[0])).upper
+    more = np.minimum(upper, problem.payload_range[1]) > X[:, -1] * (1.0 + LEFT)
+    if more.any():
+        row = int(np.flatnonzero(more)[0])
+        raise InvalidInputError(
+            f"{place}: row {row}: expected a payload of {upper[row]:.9g} kg, got {X[row, -1]:.9g} kg"
+        )

@@ -230,7 +230,8 @@ def _scores(contest: Contest) -> dict[str, Any]:
     if contest.motions:
         return _scores_of_motions(contest)
     cpu, evaluations, X, F = judged(contest.problem, contest.tried, contest.budget)
-    story = Story(Measure(named.reference), cpu, evaluations, F, budget=contest.budget)
+    measure = Measure(named.reference)
+    story = Story(measure, cpu, evaluations, measure.told(X, F), budget=contest.budget)
     rows = story.rows[kept_rows(F[story.rows], MOST_KEPT)]
     violation, checked = violation_of(named, X[rows], F[rows])
     return {

@@ -44,7 +44,8 @@ class Reached:
     Attributes:
         cpu: CPU time [s].
         evaluations: rows evaluated so far.
-        share: share of the best known hypervolume; of a least value, the best known one over it.
+        share: share of the best known hypervolume; of a least value, the best known one over it; of payloads, the mean
+            share of the greatest ones.
         least: least value of every objective so far, shape (objectives,) [SI]; None before anything feasible.
     """
 
@@ -65,20 +66,49 @@ class Measure:
     """
 
     def __init__(self, reference: Reference) -> None:
-        self._least = reference.kind == "least"
+        self.kind, self.count = reference.kind, len(reference.ideal)
         self._ideal = np.asarray(reference.ideal)
         self._corner = np.asarray(reference.reference_point) - self._ideal
-        self._best = float(reference.values[:, 0].min()) if self._least else self._volume(reference.values)
+        if self.kind == "capacity":
+            self._masses = np.asarray(reference.variables[:, -1])
+            self._most = float(reference.values[0, 0] + self._masses[0])
+            self._motions = {
+                row.tobytes(): k for k, row in enumerate(np.ascontiguousarray(reference.variables[:, :-1]))
+            }
+            return
+        self._best = float(reference.values[:, 0].min()) if self.kind == "least" else self._volume(reference.values)
+
+    def told(self, X: Array, F: Array) -> Array:
+        """Values by which decision vectors (N, variables) with objectives (N, objectives) are measured.
+
+        Where payloads of given motions are asked for, they have another column, the number of the motion: -1 for a
+        motion that is not among them, which does not count.
+        """
+        if self.kind != "capacity":
+            return F
+        motions = [self._motions.get(row.tobytes(), -1) for row in np.ascontiguousarray(X[:, :-1])]
+        return np.column_stack([F, np.array(motions, dtype=float)])
 
     def __call__(self, F: Array) -> float:
-        """The share of values (N, objectives) [SI]: 0 for none, more than 1 where the best known is beaten."""
+        """The share of values (N, ...) [SI] of :meth:`told`: 0 for none, more than 1 where the best known is beaten."""
         if not len(F):
             return 0.0
-        return self._best / float(F[:, 0].min()) if self._least else self._volume(F) / self._best
+        if self.kind == "capacity":
+            carried, counts = np.zeros(len(self._masses)), F[:, -1] >= 0.0
+            np.maximum.at(carried, F[counts, -1].astype(np.intp), self._most - F[counts, 0])
+            return float((carried / self._masses).mean())
+        return self._best / float(F[:, 0].min()) if self.kind == "least" else self._volume(F) / self._best
 
     def front(self, F: Array) -> Array:
-        """Ascending rows that count: the least value, or those that no other dominates, shape (R,)."""
-        if self._least or not len(F):
+        """Ascending rows that count, shape (R,).
+
+        They are the least value, those that no other dominates, or the greatest payload of each motion.
+        """
+        if self.kind == "capacity":
+            order = np.lexsort([F[:, 0], F[:, -1]])
+            first = np.unique(F[order, -1], return_index=True)[1]
+            return np.sort(order[first][F[order[first], -1] >= 0.0])
+        if self.kind == "least" or not len(F):
             return np.array([int(F[:, 0].argmin())] if len(F) else [], dtype=np.intp)
         return np.flatnonzero(moocore.is_nondominated(F))
 
@@ -94,7 +124,7 @@ class Story:
         measure: how much a set of values has reached.
         cpu: CPU times, ascending, shape (N,) [s].
         evaluations: rows evaluated by then, shape (N,).
-        F: objective values, shape (N, objectives) [SI].
+        F: values of :meth:`Measure.told`, shape (N, ...) [SI].
         budget: CPU time of the run [s].
     """
 
@@ -121,7 +151,7 @@ class Story:
             if end == (self._ends[k - 1] if k else 0):
                 continue
             at = int(end) - 1
-            least = tuple(self._F[:end].min(axis=0).tolist())
+            least = tuple(self._F[:end, : self._measure.count].min(axis=0).tolist())
             told.append(Reached(float(self._cpu[at]), int(self._evaluations[at]), self._measure(self._F[rows]), least))
         return tuple(told)
 

@@ -4,7 +4,8 @@ Motions come from SciPy, efforts and the tool from Pinocchio, distances from coa
 used: points, limits, the robot's model. So it is a second opinion on the problem, and what another tool is set on.
 
 Velocities, accelerations and jerks are limited at their exact extremes. What is sampled by the problem is sampled at
-the same instants here. What the problem proves at every instant is checked at 25 instants of every piece.
+the same instants here. What the problem proves at every instant is checked at 25 instants of every piece. Functions
+of the problem's own, such as other equations of motion, are called with positions, velocities and accelerations.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from types import SimpleNamespace
 from typing import Any, NamedTuple, final
 
 import numpy as np
@@ -135,7 +137,14 @@ def _through(problem: TrajectoryProblem, panels: int, instants: int | None) -> C
         F = np.array([value(motion) for value in values])
         return F, np.concatenate([np.empty(0), *(excess(motion) for excess in excesses)])
 
+    if any(_is_own(limit) for limit in problem.constraints):
+        evaluate(0.5 * (problem.xl + problem.xu))  # tells at once what else an own function asks for
     return evaluate
+
+
+def _is_own(limit: Constraint) -> bool:
+    """Whether a limit is a function of the problem's own, known at samples."""
+    return not limit.quantity and limit.proof == "samples"
 
 
 def _motion_of(problem: TrajectoryProblem, arm: Arm) -> Callable[[Array], Decoded]:
@@ -230,6 +239,8 @@ def _excess(limit: Constraint, problem: TrajectoryProblem, instants: int | None)
         points: Any = problem.interpolant
         # A curve has at least one piece between two points.
         shares = np.linspace(0.0, 1.0, -(-instants // (len(points.points.positions) - 1)) + 1)
+    if _is_own(limit):
+        return partial(_own_excess, limit=limit, shares=shares)
     if quantity == "position":
         return partial(_position_excess, robot=robot)
     if quantity in _DERIVATIVES:
@@ -279,6 +290,23 @@ def _peak_excess(motion: Decoded, *, most: Array, order: int) -> Array:
     kept = np.isfinite(most)
     found: Array = peaks[kept] / most[kept] - 1.0
     return found
+
+
+def _own_excess(motion: Decoded, *, limit: Constraint, shares: Array) -> Array:
+    """A function of the problem's own at a motion as SciPy makes it.
+
+    Raises:
+        InvalidInputError: the function asks for more than positions, velocities and accelerations.
+    """
+    q, v, a = (values[None] for values in states(motion.curve, shares))
+    seen: Any = SimpleNamespace(q=q, v=v, a=a)
+    try:
+        found: Array = np.asarray(limit.function(seen))[0]
+    except AttributeError as error:
+        raise InvalidInputError(
+            f"constraints: no plain statement of {limit.names[0]!r}, which asks for {error.name!r}"
+        ) from error
+    return np.atleast_1d(found)
 
 
 def _effort_excess(motion: Decoded, *, most: Array, shares: Array) -> Array:

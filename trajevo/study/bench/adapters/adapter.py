@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import inspect
 import pkgutil
 from abc import ABC, abstractmethod
 from importlib.metadata import PackageNotFoundError, version
@@ -28,6 +29,7 @@ class BenchRival(ABC):
         distribution: name of its package, whose version is recorded.
         install: how it is installed.
         plain: whether it needs the plain statement, which not every problem has.
+        carries: whether it can tell what given motions can carry, instead of looking for motions.
     """
 
     name: ClassVar[str]
@@ -35,6 +37,7 @@ class BenchRival(ABC):
     module: ClassVar[str] = ""
     distribution: ClassVar[str] = "trajevo"
     plain: ClassVar[bool] = False
+    carries: ClassVar[bool] = False
     install: ClassVar[str] = EXTRA
 
     @property
@@ -52,6 +55,8 @@ class BenchRival(ABC):
 
     def refuses(self, contest: Contest) -> str:
         """Why it cannot be set on a problem, one clause; empty if it can."""
+        if contest.motions_given is not None and not self.carries:
+            return "it looks for motions, the problem asks what given ones can carry"
         return contest.unstated if self.plain else ""
 
     def prepare(self) -> None:
@@ -97,4 +102,4 @@ def adapter(name: str) -> BenchRival:
 
 
 def _is_adapter(kind: object) -> bool:
-    return isinstance(kind, type) and issubclass(kind, BenchRival) and kind is not BenchRival
+    return isinstance(kind, type) and issubclass(kind, BenchRival) and not inspect.isabstract(kind)

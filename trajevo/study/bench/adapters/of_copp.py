@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from importlib import import_module
 from typing import Any, final
 
@@ -10,29 +11,22 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.path.curve import GeometricPath
 from trajevo.robot.robot import Robot
-from trajevo.study.bench.adapters.adapter import BenchRival
-from trajevo.study.bench.along_path import STATIONS, PathProfile, limits_of, on_a_path
-from trajevo.study.bench.contest import Contest
+from trajevo.study.bench.along_path import STATIONS, PathProfile, PathRival, limits_of
 
 
 @final
-class Copp(BenchRival):
+class Copp(PathRival):
     """The least time along a fixed path, limits kept at stations; cone programs are linearised again three times."""
 
     name = "copp"
     says = f"{STATIONS} stations of a fixed path; with jerk limited cone programs, again about their own solutions"
     module, distribution = "copp_py", "copp-py"
+    limits_jerk = True
 
-    def refuses(self, contest: Contest) -> str:
-        """See :meth:`BenchRival.refuses`."""
-        return on_a_path(contest, jerk=True)
-
-    def solve(self, contest: Contest) -> None:
-        """See :meth:`BenchRival.solve`."""
-        robot, path = contest.problem.robot, contest.problem.path
+    def profiles(self, robot: Robot, path: GeometricPath) -> Iterable[PathProfile]:
+        """See :meth:`PathRival.profiles`."""
         for again in range(4) if np.isfinite(robot.limits.jerk).any() else (None,):
-            profile = second_order(robot, path) if again is None else third_order(robot, path, again=again)
-            contest.found(profile.duration, lambda profile=profile: profile.excess(robot, path))  # type: ignore[misc]
+            yield second_order(robot, path) if again is None else third_order(robot, path, again=again)
 
 
 def second_order(robot: Robot, path: GeometricPath) -> PathProfile:

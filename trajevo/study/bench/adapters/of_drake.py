@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, final
 
 import numpy as np
 
 from trajevo.path.curve import GeometricPath
 from trajevo.robot.robot import Robot
-from trajevo.study.bench.adapters.adapter import BenchRival
-from trajevo.study.bench.along_path import STATIONS, PathProfile, limits_of, on_a_path
-from trajevo.study.bench.contest import Contest
+from trajevo.study.bench.along_path import STATIONS, PathProfile, PathRival, limits_of
 
 
 @final
-class Drake(BenchRival):
+class Drake(PathRival):
     """The least time along a fixed path, limits kept at stations and by their interpolation between them."""
 
     name = "drake"
     says = f"Toppra of Drake at {STATIONS} stations of a fixed path, jerk not limited"
     module, distribution, install = "pydrake", "drake", "pip install drake"
-
-    def refuses(self, contest: Contest) -> str:
-        """See :meth:`BenchRival.refuses`."""
-        return on_a_path(contest, jerk=False)
 
     def prepare(self) -> None:
         """See :meth:`BenchRival.prepare`; what Drake loads takes longer than what it solves."""
@@ -31,11 +26,9 @@ class Drake(BenchRival):
         import pydrake.multibody.plant
         import pydrake.trajectories  # noqa: F401
 
-    def solve(self, contest: Contest) -> None:
-        """See :meth:`BenchRival.solve`."""
-        robot, path = contest.problem.robot, contest.problem.path
-        profile = by_drake(robot, path)
-        contest.found(profile.duration, lambda: profile.excess(robot, path))
+    def profiles(self, robot: Robot, path: GeometricPath) -> Iterable[PathProfile]:
+        """See :meth:`PathRival.profiles`."""
+        yield by_drake(robot, path)
 
 
 def by_drake(robot: Robot, path: GeometricPath) -> PathProfile:

@@ -2,35 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, final
 
 import numpy as np
 
 from trajevo.path.curve import GeometricPath
 from trajevo.robot.robot import Robot
-from trajevo.study.bench.adapters.adapter import BenchRival
-from trajevo.study.bench.along_path import STATIONS, PathProfile, limits_of, on_a_path
-from trajevo.study.bench.contest import Contest
+from trajevo.study.bench.along_path import STATIONS, PathProfile, PathRival, limits_of
 
 
 @final
-class Toppra(BenchRival):
+class Toppra(PathRival):
     """The least time along a fixed path, limits kept at stations."""
 
     name = "toppra"
     says = f"reachability analysis at {STATIONS} stations of a fixed path, jerk not limited"
     module, distribution = "toppra", "toppra"
 
-    def refuses(self, contest: Contest) -> str:
-        """See :meth:`BenchRival.refuses`."""
-        return on_a_path(contest, jerk=False)
-
-    def solve(self, contest: Contest) -> None:
-        """See :meth:`BenchRival.solve`."""
-        robot, path = contest.problem.robot, contest.problem.path
-        profile = by_toppra(robot, path)()
-        contest.found(profile.duration, lambda: profile.excess(robot, path))
+    def profiles(self, robot: Robot, path: GeometricPath) -> Iterable[PathProfile]:
+        """See :meth:`PathRival.profiles`."""
+        yield by_toppra(robot, path)()
 
 
 def by_toppra(robot: Robot, path: GeometricPath) -> Callable[[], PathProfile]:

@@ -1,10 +1,13 @@
-"""trajevo as users run it: ``optimise`` with the settings of the task and a limit of CPU time."""
+"""trajevo as users run it: ``optimise`` with the settings of the task and a limit of CPU time, or ``capacities``."""
 
 from __future__ import annotations
 
 from typing import Any, final
 
+import numpy as np
+
 from trajevo.base.arrays import Array
+from trajevo.capacity.dlcc import capacities
 from trajevo.solvers.optimise import optimise
 from trajevo.study.bench.adapters.adapter import BenchRival
 from trajevo.study.bench.contest import Contest
@@ -12,14 +15,18 @@ from trajevo.study.bench.contest import Contest
 
 @final
 class Trajevo(BenchRival):
-    """``optimise`` on the batched problem: evolution, then gradients."""
+    """``optimise`` on the batched problem: evolution, then gradients. Given motions have guaranteed payloads."""
 
     name = "trajevo"
-    says = "optimise with the settings of the task: evolution, then gradients"
+    says = "optimise with the settings of the task: evolution, then gradients; payloads of given motions by capacities"
+    carries = True
 
     def solve(self, contest: Contest) -> None:
         """See :meth:`BenchRival.solve`."""
-        problem = contest.problem
+        problem, given = contest.problem, contest.motions_given
+        if given is not None:
+            contest.many(np.column_stack([given[:, :-1], capacities(problem.rollout(given)).mass]))
+            return
         kind: Any = type(problem)
 
         class Noted(kind):  # type: ignore[misc]
