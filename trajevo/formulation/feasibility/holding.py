@@ -55,7 +55,7 @@ class Holding:
 
     @classmethod
     def of(cls, problem: TrajectoryProblem, given: KnownPoints) -> Holding | None:
-        """The efforts of a problem; None if it keeps no effort limit, or if its bases tilt, each under its own gravity."""
+        """The efforts of a problem; None if it keeps no effort limit, or if bases tilt, each under its own gravity."""
         if isinstance(problem.interpolant, ArrangesPoints) and problem.interpolant.base_tilts:
             return None
         held = [c for c in problem.constraints if LIMITED_BY.get(c.quantity) == "effort" and c.share is not None]
