@@ -78,7 +78,7 @@ def draw_tilt():
     plots.base_map(base_map(task.problem, axes=("pitch", "roll"), cells=15, objective="effort_ratio"), ax=left)
     for found, label in zip(fronts, ("upright", "tilted"), strict=True):
         right.plot(found.F[:, 0], 100.0 * found.F[:, 1], ".", markersize=2.5, label=label)
-    right.set(xlabel="time [s]", ylabel="greatest share of a torque limit [%]")
+    right.set(xlabel="time [s]", ylabel="share of a torque limit [%]")
     key(right)
 
 

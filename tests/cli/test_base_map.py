@@ -70,7 +70,7 @@ def test_what_the_map_cannot_be_of(task, options, said):
     ("line", "said"),
     [
         ("moving = { x = [0.2, -0.2] }", "x: expected the least and the greatest [m], got 0.2 and -0.2"),
-        ("moving = { pitch = [-0.1, 0.1] }", "a tilt turns gravity in its frame"),
+        ("moving = { tilt = [-0.1, 0.1] }", "base.moving.tilt: expected roll and pitch"),
         ("moving = { w = [-0.1, 0.1] }", "no coordinate 'w'"),
         ("moved = { x = [-0.1, 0.1] }", "unknown key; known: moving"),
         ("moving = { x = 0.1 }", "expected a list, got 0.1"),

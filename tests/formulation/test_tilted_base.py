@@ -15,7 +15,9 @@ from trajevo.formulation.cell.placement import BasePlacement
 from trajevo.path.inverse_kinematics import Pose
 from trajevo.robot.payload import under_gravity
 from trajevo.trajectory.arranged import base_rotations
+from trajevo.verification import check_proof
 from trajevo.verification.newton_euler import NewtonEuler
+from trajevo.verification.twin.simulate import simulate
 
 DOWN = [np.pi, 0.0, 0.0]
 POSES = [
@@ -318,3 +320,21 @@ def test_a_box_tells_whether_it_tilts():
     assert BaseBox.of({"x": [0.0, 0.1], "roll": [0.2, 0.2]}).tilts
     assert not BaseBox.of({"yaw": [0.0, 0.1]}).tilts
     assert BaseBox.of({"pitch": ["-10 deg", 0.0]}).settings == {"pitch": pytest.approx([-np.radians(10.0), 0.0])}
+
+
+@pytest.mark.long
+def test_proof_files_and_closed_loops_are_of_the_gravity_of_the_base(tmp_path, capsys):
+    pytest.importorskip("mujoco")
+    given = problem({"x": [-0.1, 0.1], "pitch": [-0.6, 0.6], "roll": [-0.3, 0.3]})
+    front = optimise(given, seed=1, population=12, generations=6, progress=False, polish=False)
+    file = certify(front.knee()).write_proof(tmp_path / "motion.proof.json")
+    assert check_proof.main([str(file)]) == 0
+    assert "PROVEN" in capsys.readouterr().out
+    rows = [0, len(front) - 1]
+    whole = simulate(front, rows=rows)
+    for place, row in enumerate(rows):
+        alone = simulate(front.pick(str(row)))
+        assert whole.greatest_tool_error[place] == alone.greatest_tool_error
+        assert alone.greatest_tool_error < 1e-4
+    wrong = simulate(Rollout(given.dynamics, front.knee().trajectory))
+    assert wrong.used.max() != pytest.approx(simulate(front.knee()).used.max(), rel=1e-3)

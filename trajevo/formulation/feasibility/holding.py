@@ -28,6 +28,7 @@ from trajevo.formulation.feasibility.findings import (
 from trajevo.formulation.feasibility.known_points import KnownPoints, segments_at_points
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.robot.joints import Sides
+from trajevo.trajectory.interpolants.interpolant import ArrangesPoints
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 
@@ -54,7 +55,9 @@ class Holding:
 
     @classmethod
     def of(cls, problem: TrajectoryProblem, given: KnownPoints) -> Holding | None:
-        """The efforts of a problem; None if it keeps no effort limit."""
+        """The efforts of a problem; None if it keeps no effort limit, or if bases tilt, each under its own gravity."""
+        if isinstance(problem.interpolant, ArrangesPoints) and problem.interpolant.base_tilts:
+            return None
         held = [c for c in problem.constraints if LIMITED_BY.get(c.quantity) == "effort" and c.share is not None]
         if not any(c.names for c in held):
             return None
