@@ -21,7 +21,8 @@ one decision vector, which keeps all limits if no constraint is above 0.
 Most problems prove their limits at every instant, so that reading a set proves it again; `reference.proven` tells.
 Those that check efforts or the height of a tool at samples alone do not: `reference.certificates()` shows how far their
 best known sets exceed a limit in between. That is 1.1 % for `shin_mckay_line`, 0.9 % for `luus1993_bspline`, 0.4 % for
-`luus1993`, 0.2 % for `dissanayake1991`, 0.0005 % for `guo2016_payload`, and nothing for the others.
+`luus1993`, 0.2 % for `dissanayake1991`, 0.0005 % for `guo2016_payload`, and nothing for the others; no certificate
+covers the drives of `cops_robot_arm`, which exceed their limits by 0.05 % at 50,000 instants.
 
 A value from elsewhere is *printed* if it was read in its source or in a text that quotes it. One that was *not looked
 up* stands here with what speaks for it. One that is *computed* is printed nowhere: SciPy, Ipopt, toppra, Drake or a
@@ -60,9 +61,22 @@ def _row(of: BenchmarkProblem) -> str:
 
 
 def _best(of: BenchmarkProblem) -> str:
-    """The least of each objective."""
+    """The least of each objective, or what given motions can carry."""
+    if of.told.kind == "capacity":
+        return f"{_motions(of)}: {_payloads(of)}"
     columns = zip(of.told.objectives, of.told.units, zip(*of.told.values, strict=True), strict=True)
     return ", ".join(_with(min(values), unit, 6) for _, unit, values in columns)
+
+
+def _motions(of: BenchmarkProblem) -> str:
+    count = len(of.told.values)
+    return "a given motion" if count == 1 else f"{count} given motions"
+
+
+def _payloads(of: BenchmarkProblem) -> str:
+    """Least and greatest payload of the given motions, the last variable of each."""
+    least, greatest = (choose(row[-1] for row in of.told.variables) for choose in (min, max))
+    return f"{least:.7g} kg" if least == greatest else f"{least:.6g} to {greatest:.6g} kg"
 
 
 def _with(value: float, unit: str, digits: int) -> str:
@@ -77,7 +91,7 @@ def _section(of: BenchmarkProblem) -> str:
     counts = {
         "least": "the least value",
         "front": f"a front of {len(told.values)} members",
-        "capacity": f"the greatest payload of each of {len(told.values)} given motions",
+        "capacity": f"what {_motions(of)} can carry, {_payloads(of)}",
     }
     count = counts[told.kind]
     lines = [f"## {of.name}", "", f"{told.title}. {what[0].upper()}{what[1:]}.", "", f"Source: {told.source}.", ""]

@@ -16,7 +16,9 @@ from trajevo.study.bench.suite import benchmark
 
 RIVALS = adapters()
 #: Those that are set on problems through points, where they are installed.
-THROUGH_POINTS = [name for name, one in RIVALS.items() if one.installed and name not in ("copp", "drake", "pinocchio", "toppra")]
+THROUGH_POINTS = [
+    name for name, one in RIVALS.items() if one.installed and name not in ("copp", "drake", "pinocchio", "toppra")
+]
 #: Packages that solve along fixed paths, where they are installed.
 ALONG_PATHS = [name for name in ("copp", "drake", "toppra") if RIVALS[name].installed]
 

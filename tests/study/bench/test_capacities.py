@@ -72,11 +72,19 @@ def test_capacities_of_a_fixed_payload_are_refused():
         Reference.of(file, of.problem())
 
 
-@pytest.mark.parametrize(("rival", "share"), [("trajevo", 0.9998), ("pinocchio", 0.998)])
-def test_both_find_what_a_motion_carries(rival, share):
-    found = run_rival("guo2016_table7", rival, seed=1, budget=60.0)
+@pytest.mark.parametrize(
+    ("name", "rival", "share"),
+    [
+        ("guo2016_table7", "pinocchio", 0.998),
+        ("guo2016_table7", "trajevo", 0.9998),
+        ("ur5_random_payload", "trajevo", 0.9998),
+    ],
+)
+def test_both_find_what_motions_carry(name, rival, share):
+    found = run_rival(name, rival, seed=1, budget=60.0)
     assert found.end == "scored"
     assert share < found.share <= 1.0 + 1e-6
+    assert len(found.X) == len(benchmark(name).told.variables)
     assert found.violation is not None
     assert found.violation <= 1e-6
 

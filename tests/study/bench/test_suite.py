@@ -174,7 +174,7 @@ def test_a_problem_is_added_with_one_task_and_one_reference(tmp_path):
     ("keys", "told"),
     [
         ({"registered": {"name": "pick-place"}}, "registered: expected none beside task.toml"),
-        ({"kind": "best"}, "kind: input should be 'front' or 'least'"),
+        ({"kind": "best"}, "kind: input should be 'front', 'least' or 'capacity'"),
         ({"units": ["s", "s"]}, "units: expected one for each of 1 objectives, got 2"),
         ({"colour": "red"}, "colour: extra inputs are not permitted"),
     ],
