@@ -28,7 +28,7 @@ from trajevo.problems.hybrid_manipulator import paper_solution
 from trajevo.robot.joints import Friction
 from trajevo.robot.payload import Payload, carrying
 from trajevo.trajectory.interpolants import CubicSpline, QuinticSpline, SepticSpline
-from trajevo.verification import check_proof
+from trajevo.verification import check_proof, proof_file
 from trajevo.verification.check_proof import TERMS, ZERO, BadFileError, Tube, check
 from trajevo.verification.proof_file import CHECKED, digest
 
@@ -39,6 +39,8 @@ FINGERS = {"panda_finger_joint1": 0.0, "panda_finger_joint2": 0.0}
 SPLINES = (CubicSpline, QuinticSpline, SepticSpline)
 NAMES = ("ur5", "panda", "hybrid_manipulator")
 SEEDS = {"ur5": (0, 1), "panda": (0, 1), "hybrid_manipulator": (1, 0), "puma560": (0, 1)}
+#: Points of a path [rad].
+WAY = 0.6 * np.sin(np.linspace(0.0, 1.0, 12)[:, None] * [1.5, 2.0, 1.0, 2.5, 1.2, 0.8] + 0.3 * np.arange(6))
 
 
 @pytest.fixture(scope="module")
@@ -202,6 +204,25 @@ def test_the_paper_s_motion_of_coupled_screws_is_proven(tmp_path):
     found = verdicts(written(certificate, tmp_path))
     assert len(found) == 25
     assert all(found.values())
+
+
+@pytest.mark.parametrize(
+    "settings", [{}, {"path": WAY, "robot": "puma560", "effort": True, "jerk": "inf", "longest_time": 20.0}]
+)
+def test_motions_along_a_path_are_proven_as_polynomials_of_time(settings, tmp_path):
+    problem = TimeJerkReparameterisation(**settings)
+    rollout = problem.rollout(problem.xl[None] + 0.5 * (problem.xu - problem.xl)[None])
+    composed, found = rollout.trajectory, rollout.trajectory.polynomials(0)
+    t = composed.duration[:, None] * np.linspace(0.0, 1.0, 1001)
+    for order in range(4):
+        values = composed.evaluate(t, order)
+        assert np.abs(found.evaluate(t, order) - values).max() <= 1e-11 * np.abs(values).max()
+        assert (np.abs(found.jump(order)) <= 1e-9 * composed.peak(order)).all()
+    assert_same_verdict(rollout, tmp_path)
+    data = json.loads((tmp_path / "motion.proof.json").read_text())
+    row = next(row for row in data["rows"] if row["quantity"] == ("effort" if settings else "acceleration"))
+    row["least"], row["greatest"] = 0.99 * row["least"], 0.99 * row["greatest"]
+    assert is_refused(content(data))
 
 
 # a second opinion
@@ -556,10 +577,12 @@ def test_files_are_of_the_schema(robots, tmp_path):
     assert read == trajectory.coefficients[0].tolist()
 
 
-def test_what_cannot_be_written_is_told_in_a_sentence(robots, tmp_path):
+def test_what_cannot_be_written_is_told_in_a_sentence(robots, tmp_path, monkeypatch):
     along = TimeJerkReparameterisation()
     motion = along.rollout(along.xl[None] + 0.5 * (along.xu - along.xl)[None])
-    refused(lambda: certify(motion).write_proof(tmp_path / "x.json"), "polynomials of time")
+    with monkeypatch.context() as patched:  # a kind of motion that is not known
+        patched.setattr(proof_file, "ComposedBatch", CubicSpline)
+        refused(lambda: certify(motion).write_proof(tmp_path / "x.json"), "polynomials of time, .*, got ComposedBatch")
     refused(lambda: certify(moving(robots["ur5"], 3)).write_proof(tmp_path / "no" / "x.json"), "cannot be written")
     refused(lambda: certify(moving(robots["ur5"], 3)).write_proof(3), "file: expected the path of a file, .* got 3")
     printed = HybridManipulator(convention="printed")
