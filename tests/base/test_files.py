@@ -3,12 +3,14 @@
 import os
 import stat
 import threading
+from pathlib import Path
 
 import pytest
 
 from tests.helpers import refused
 from trajevo.base.files import (
     SCRATCH,
+    check_writable,
     locked,
     opened_lock,
     opening_robots_only,
@@ -68,6 +70,20 @@ def test_a_link_that_leads_nowhere_is_replaced_and_its_target_not_made(tmp_path)
     (tmp_path / "front.json").symlink_to(tmp_path / "nowhere")
     write_whole(tmp_path / "front.json", b"new")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["front.json"]
+
+
+def test_whether_a_file_can_be_written_is_known_before_and_leaves_nothing(tmp_path):
+    (tmp_path / "old").write_text("keep me")
+    for name in ("new", "old"):
+        check_writable(tmp_path / name)
+    check_writable(Path("/dev/null"))
+    assert [path.name for path in tmp_path.iterdir()] == ["old"]
+    assert (tmp_path / "old").read_text() == "keep me"
+    for file in (tmp_path, tmp_path / "no" / "file", tmp_path / "old" / "file", tmp_path / ("x" * 300)):
+        with pytest.raises(OSError):  # noqa: PT011  (which one differs by system)
+            check_writable(file)
+        with pytest.raises(OSError):  # noqa: PT011
+            write_whole(file, b"new")
 
 
 def test_files_have_the_permissions_that_the_user_s_mask_allows(tmp_path):

@@ -116,6 +116,21 @@ def read_text(file: Path, *, most: int = MOST_TEXT) -> str:
     return read_bytes(file, most=most).decode("utf-8").replace("\r\n", "\n").replace("\r", "\n")
 
 
+def check_writable(file: Path) -> None:
+    """Find out before a long work whether its result can be written: a file is made beside it, and removed again.
+
+    Raises:
+        OSError: it cannot, as :func:`write_whole` would say afterwards.
+    """
+    if file.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(file))
+    if _is_written_to(file):
+        return
+    scratch = file.with_name(f"{file.name}.{secrets.token_hex(4)}{SCRATCH}")
+    os.close(os.open(scratch, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINK | _BINARY, 0o666))
+    scratch.unlink()
+
+
 def write_whole(file: Path, content: bytes | memoryview) -> None:
     """Write a file so that it holds either the old or the new content, whatever kills the process.
 

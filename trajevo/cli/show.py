@@ -12,6 +12,7 @@ import numpy as np
 import typer
 
 from trajevo import plots
+from trajevo.base.files import check_writable, why_not
 from trajevo.capacity.dlcc import dlcc, dlcc_iterative
 from trajevo.capacity.drives.drive_capacity import drive_capacity
 from trajevo.capacity.sensitivity import sensitivity
@@ -286,6 +287,11 @@ def certificate(
     """Prove that a motion keeps every limit at every instant; exit code 1 if one is broken or not decided."""
     if every and proof is not None:
         raise InvalidInputError("--proof: expected one solution, chosen by --solution, got --all")
+    if proof is not None:
+        try:
+            check_writable(proof)
+        except OSError as error:
+            raise InvalidInputError(f"--proof: {proof}: cannot be written: {why_not(error)}") from error
     front = front_of(run, problem)
     if every:
         with Waiting("proving", ["all solutions"]) as shown:

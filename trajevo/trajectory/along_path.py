@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import Any, SupportsIndex, final
 
 import numpy as np
@@ -12,6 +13,10 @@ from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.trajectory.batch import TrajectoryBatch, checked_factor, checked_order, checked_shares, chosen_rows
 from trajevo.trajectory.parameterisation import ORDERS, Course
+from trajevo.trajectory.polynomial import PolynomialBatch
+
+#: Share of the motion below which a segment is no more than rounding of two instants that coincide.
+_SHORTEST = 1e-12
 
 
 @final
@@ -126,6 +131,25 @@ class ComposedBatch(TrajectoryBatch):
             },
         }
 
+    def polynomials(self, index: int) -> PolynomialBatch:
+        """One motion as polynomials of time: s(u(t)) of every segment, composed in rationals and then rounded once.
+
+        Segments shorter than 1e-12 of the motion, at which it is continuous, become part of the one before.
+        """
+        (ends,), (spans,), (pieces,) = self.course.rows(slice(index, index + 1)).segments
+        duration, count = Fraction(float(self.durations[index].real)), self.course.n_spans
+        begins = [k for k in range(len(spans)) if k == 0 or ends[k + 1].real - ends[k].real > _SHORTEST]
+        breaks = np.append(ends.real[begins] * float(duration), float(duration))
+        rows = []
+        for begin, k in zip(breaks, begins, strict=False):
+            u = _moved(
+                _exact(self.course.coefficients[:, index, spans[k]]), Fraction(begin) / duration * count - spans[k]
+            )
+            u[0] -= Fraction(float(self.course.path.breaks[pieces[k]]))
+            axes = [_composed(_exact(s), u) for s in self.course.path.pieces(0)[:, :, pieces[k]].T]
+            rows.append([[float(c * (count / duration) ** i) for i, c in enumerate(axis)] for axis in axes])
+        return PolynomialBatch(breaks[None], np.array([rows]))
+
     def _scale(self, derivative: int) -> Array:
         scale: Array = self.durations ** float(-derivative)
         return scale
@@ -136,3 +160,25 @@ def _up_to_jerk(derivative: int) -> int:
     if order > max(ORDERS):
         raise InvalidInputError(f"derivative: expected 0 to {max(ORDERS)}, got {derivative}")
     return order
+
+
+def _exact(numbers: Array) -> list[Fraction]:
+    """The rationals that doubles stand for."""
+    return [Fraction(float(x)) for x in numbers.real]
+
+
+def _moved(a: list[Fraction], start: Fraction) -> list[Fraction]:
+    """Coefficients of p(start + x)."""
+    return _composed(a, [start, Fraction(1)])
+
+
+def _composed(outer: list[Fraction], inner: list[Fraction]) -> list[Fraction]:
+    """Coefficients of a polynomial of a polynomial, ascending, by Horner's scheme."""
+    found = [outer[-1]]
+    for c in reversed(outer[:-1]):
+        product = [Fraction(0)] * (len(found) + len(inner) - 1)
+        for i, x in enumerate(found):
+            for k, y in enumerate(inner):
+                product[i + k] += x * y
+        found = [product[0] + c, *product[1:]]
+    return found

@@ -140,13 +140,13 @@ class Course:
     @cached_property
     def breaks(self) -> Array:
         """Instants where segments meet, shape (B, S + 1), from 0 to 1; two may coincide."""
-        return frozen(self._segments[0])
+        return frozen(self.segments[0])
 
     def instants_of(self, u: Array) -> Array:
         """Unit times at which the courses reach parameters of the path, shape (U,) -> (B, U)."""
-        at_ends = self._coefficients[0].real
+        at_ends = self.coefficients[0].real
         span = (at_ends[:, 1:, None] <= u).sum(axis=1)
-        local = np.take_along_axis(self._coefficients, span[None], axis=2)
+        local = np.take_along_axis(self.coefficients, span[None], axis=2)
         local[0] -= u
         share = polynomials.root_of_rising(local.reshape(self.order, -1)).reshape(span.shape)
         return frozen(np.where(u <= 0.0, 0.0, np.where(u >= 1.0, 1.0, (span + share) / self.n_spans)))
@@ -154,7 +154,7 @@ class Course:
     def parameter(self, t: Array, derivative: int = 0) -> Array:
         """u(t) or one of its derivatives, eq. (8), at unit times of shape (B, T)."""
         span = np.clip(np.floor(t.real * self.n_spans).astype(np.intp), 0, self.n_spans - 1)
-        local = polynomials.derivative(np.take_along_axis(self._coefficients, span[None], axis=2), derivative)
+        local = polynomials.derivative(np.take_along_axis(self.coefficients, span[None], axis=2), derivative)
         return polynomials.values(local, t * self.n_spans - span) * float(self.n_spans) ** derivative
 
     def at(self, t: Array, derivative: int) -> Array:
@@ -211,13 +211,14 @@ class Course:
         return (self.path.order - 1) * (self.order - 1)
 
     @cached_property
-    def _coefficients(self) -> Array:
+    def coefficients(self) -> Array:
         """Coefficients of u(t) in powers of the share of the span, ascending, shape (order, B, n_spans)."""
         flat = row_products(self.control_points, span_coefficients(self.order, self.control_points.shape[1]))
         return np.ascontiguousarray(np.moveaxis(flat.reshape(len(self), self.order, self.n_spans), 1, 0))
 
     @cached_property
-    def _segments(self) -> _Segments:
+    def segments(self) -> _Segments:
+        """Ends of the segments (B, S + 1), and for each the piece of u(t) and of the path that it is in (B, S)."""
         return self._cut(1)
 
     def _cut(self, parts: int) -> _Segments:
@@ -236,9 +237,9 @@ class Course:
         self, shares: Array, wanted: tuple[int, ...], segments: _Segments | None = None, parts: int = 1
     ) -> list[Array]:
         """Derivatives of s(u(t)) at shares of every segment, each (n_axes, B, S, N)."""
-        ends, part, piece = segments or self._segments
+        ends, part, piece = segments or self.segments
         span = part // parts
-        local = np.take_along_axis(self._coefficients, span[None], axis=2)
+        local = np.take_along_axis(self.coefficients, span[None], axis=2)
         local = polynomials.shifted(local, ends[:, :-1] * self.n_spans - span)
         local[0] -= self.path.breaks[piece]
         widths = np.diff(ends, axis=1) * self.n_spans

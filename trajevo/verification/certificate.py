@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -213,9 +214,11 @@ class Certificate:
             Path of the file.
 
         Raises:
-            InvalidInputError: the motion is not one of polynomials of time, the certificate was read from a file, or
-                the file cannot be written.
+            InvalidInputError: the motion is not one of polynomials of time, the certificate was read from a file,
+                ``file`` is no path, or the file cannot be written.
         """
+        if not isinstance(file, str | os.PathLike):
+            raise InvalidInputError(f"file: expected the path of a file, as 'motion.proof.json', got {file!r:.40}")
         try:
             write_whole(Path(file), proof_text(self, self._relied).encode())
         except OSError as error:

@@ -1,8 +1,8 @@
 """Check a proof file of a robot's motion: ``python check_proof.py FILE``; it imports nothing but the standard library.
 
-Nothing of how the file was made is trusted. Positions and derivatives are polynomials of rationals: their coefficients
-of Bernstein, without rounding, enclose them on intervals that are halved until a claim is proven or broken. Efforts are
-those of Newton and Euler, of quantities that are polynomials with a bound of all truncation and rounding (``Tube``).
+Nothing of how it was made is trusted. Coefficients of Bernstein, without rounding, enclose positions and derivatives on
+intervals that are halved until a claim is proven or broken. Efforts are those of Newton and Euler, of quantities that
+are polynomials with a bound of all truncation and rounding (``Tube``).
 Exit code 0: all that is checked is proven; 1: something is not; 2: it is no proof file.
 """
 
@@ -16,7 +16,6 @@ from contextlib import suppress
 from fractions import Fraction
 from itertools import accumulate, pairwise
 from operator import mul
-from types import SimpleNamespace
 from typing import Any
 
 KINDS = *ORDERS, _ = ("position", "velocity", "acceleration", "jerk", "effort")
@@ -27,6 +26,7 @@ LARGEST, LONGEST, CUTS, DEEPEST, PIECES, TERMS = 2**26, 64, 60, 48, 10, 10
 WITHIN, STEP, ROUNDED, AT_REST = map(Fraction, (1e-9, 1e-6, 1e-11, 1.001e-9))
 #: Rounding of a double; factor and term for the rounding and underflow of error bounds themselves; pi, to 70 digits.
 U, UP, TINY = 2.0**-53, 1.0 + 2.0**-30, 1e-290
+CROSS = (2, 1), (0, 2), (1, 0)  # each entry of a x b is a[j] b[i] - a[i] b[j]
 FAR = Fraction(10) ** 300  # for what has no limit, or of which nothing is claimed
 PI = Fraction(31415926535897932384626433832795028841971693993751058209749445923078164, 10**70)
 
@@ -62,7 +62,7 @@ def moved(a: list[Any], start: Any, width: Any) -> list[Any]:
     return [x * width**k for k, x in enumerate(a)]
 
 
-def bernstein(a: list[Any], start: int = 0, width: int = 1) -> tuple[list[int], int]:
+def bernstein(a: list[Any], start: int = 0, width: int = 1) -> tuple[list[int], Any]:
     """Bernstein coefficients of p(start + width u) on [0, 1] in whole numbers, and by what these are divided."""
     n, ratios = len(a) - 1, [x.as_integer_ratio() for x in a]
     divisor, m = math.lcm(*(d for _, d in ratios)), math.lcm(*(math.comb(n, k) for k in range(n + 1)))
@@ -71,50 +71,11 @@ def bernstein(a: list[Any], start: int = 0, width: int = 1) -> tuple[list[int], 
     return [sum(math.comb(j, k) * x for k, x in enumerate(parts[: j + 1])) for j in range(n + 1)], divisor * m
 
 
-class _Segment:
-    """The exact polynomials of all joints in a segment, of u = (time since its begin) / duration."""
-
-    def __init__(self, begin: float, end: float, rows: list[list[float]]) -> None:
-        self.begin, self.duration = Fraction(begin), Fraction(end) - Fraction(begin)
-        exact = [[Fraction(c) * self.duration**k for k, c in enumerate(row)] for row in rows]
-        self.b, self.d = [bernstein(a) for a in exact], [math.lcm(*(x.denominator for x in a)) for a in exact]
-        self.a = [[int(x * d) for x in a] for a, d in zip(exact, self.d)]  # whole numbers, divided by d
-
-    def derivative(self, joint: int, order: int) -> tuple[list[int], Fraction]:
-        """Bernstein coefficients of a derivative, and by what they are divided."""
-        b, divisor = self.b[joint][0], Fraction(self.b[joint][1])
-        for _ in range(order):
-            b, divisor = [y - x for x, y in pairwise(b)] or [0], divisor * self.duration / max(len(b) - 1, 1)
-        return b, divisor
-
-    def told(self, kept: bool | None, u: Fraction) -> str:
-        """That a claim is broken, or not decided, near u."""
-        return (
-            f"is claimed, {'perhaps ' if kept is None else ''}wrongly at {float(self.begin + u * self.duration):.6g} s"
-        )
-
-    def on_piece(self, level: int, place: int) -> Any:
-        """Positions, velocities, accelerations of all joints on u = (2 place + 1 + s) / 2^(level + 1), |s| <= 1."""
-        rate, found = float((2 << level) / self.duration), tuple(list[Tube]() for _ in range(3))
-        for a, d in zip(self.a, self.d):
-            whole = moved([x << (level + 1) * (len(a) - 1 - k) for k, x in enumerate(a)], 2 * place + 1, 1)
-            c = [x / (d << (level + 1) * (len(a) - 1)) for x in whole]
-            for tubes in found:
-                tubes.append(Tube.of(c, 8.0 * U * sum(map(abs, c))))
-                c = [k * x * rate for k, x in enumerate(c)][1:]
-        return found
-
-
 class Tube:
     """All functions that differ by at most e from the polynomial of s, |s| <= 1, with TERMS coefficients c."""
 
-    def __init__(self, c: list[float], e: float) -> None:
+    def __init__(self, c: list[Any], e: float) -> None:
         self.c, self.e, self.size = c, e * UP + TINY, sum(map(abs, c))
-
-    @staticmethod
-    def of(c: list[float], e: float = 0.0) -> Tube:
-        """A tube, ``ZERO`` if it is 0; what has no place in its polynomial widens it."""
-        return Tube((c + [0.0] * TERMS)[:TERMS], e + sum(map(abs, c[TERMS:]))) if e or any(c) else ZERO
 
     def __mul__(self, other: Tube) -> Tube:
         if self is ZERO or other is ZERO:
@@ -122,85 +83,73 @@ class Tube:
         b = other.c[::-1]
         c = [sum(map(mul, self.c, b[TERMS - 1 - k :])) for k in range(TERMS)]
         lost = sum(map(mul, map(abs, self.c[1:]), accumulate(map(abs, b))))
-        lost += (TERMS + 2) * U * self.size * other.size  # and rounding
+        lost += (TERMS + 4) * U * self.size * other.size  # and rounding
         return Tube(c, self.size * other.e + other.size * self.e + self.e * other.e + lost)
 
-    def __rmul__(self, k: float) -> Tube:  # constants may be rounded twice themselves, as in dot
-        return Tube([k * a for a in self.c], abs(k) * (self.e + 4 * U * self.size)) if k and self is not ZERO else ZERO
-
-    def keeps(self, low: Fraction, high: Fraction) -> bool | None:
-        """Whether it stays between two numbers; False if it surely does not, None if it is too wide to tell."""
-        around = (sum(map(abs, self.c[1:])) + self.e) * UP + 2.0 * U * abs(self.c[0])
-        if low <= self.c[0] - around and self.c[0] + around <= high:
-            return True
-        if not self.e + self.size < math.inf or low + Fraction(self.e) > high - Fraction(self.e):
-            return None
+    def keeps(self, low: Fraction, high: Fraction) -> tuple[bool | None, Fraction]:
+        """Whether it stays between two numbers, None if it is too wide to tell; with a u = (1 + s) / 2 where not."""
+        if not self.e + self.size < math.inf:
+            return None, Fraction(1, 2)
         (b, divisor), e = bernstein(self.c, -1, 2), Fraction(self.e)
         kept, u = decide(b, math.ceil((low + e) * divisor), math.floor((high - e) * divisor))
-        value = sum(Fraction(x) * (2 * u - 1) ** k for k, x in enumerate(self.c))
-        return kept if kept is not False else None if low - e <= value <= high + e else False
+        broken = (kept, u) if kept else decide(b, math.floor((low - e) * divisor), math.ceil((high + e) * divisor))
+        return (None, u) if not kept and broken[0] is not False else broken
 
-    def series(self, factors: list[float], rest: float) -> Tube:
-        """1 + f0 x (1 + f1 x (1 + ...)); all further terms together are at most ``rest``."""
-        inner = ZERO
-        for factor in reversed(factors):
-            inner = factor * (self * dot((1, 1), (ONE, inner)))
-        return dot((1, 1, 1), (ONE, inner, Tube.of([0.0], rest)))
+    def composed(self, first: complex, weight: Any, beyond: Any) -> Tube:
+        """The function y of it with k y_k = sum of weight(i, k) c_i y_(k - i) over i from 1 to k, from y_0 = ``first``.
 
-    def sine_and_cosine(self) -> tuple[Tube, Tube]:
-        """Those of an angle: of its middle in whole numbers over 2^180, and of what is around, by Taylor's series."""
+        The same with magnitudes alone is a series without a minus, whose sum after y_0 is ``beyond`` of theirs. What
+        has no coefficient, or is due to the width e, is thus at most what they leave. Each is rounded <= 150 times.
+        """
+        y, most, whole = [first], [abs(first)], beyond((sum(map(abs, self.c[1:])) + self.e) * (1.0 + 32.0 * U))
+        for k in range(1, TERMS):
+            parts = [(weight(i, k) * self.c[i], k - i) for i in range(1, k + 1)]
+            y.append(sum(w * y[j] for w, j in parts))
+            most.append(sum(abs(w) * most[j] for w, j in parts))
+        return Tube(y, whole - sum(most[1:]) + 2.0**-44 * whole + 4.0 * U * most[0])
+
+    def phase(self) -> Tube:
+        """Cosine and sine of an angle as exp(i angle); those of its middle in whole numbers over 2^180."""
         x = round((Fraction(self.c[0]) - round(self.c[0] / (2.0 * math.pi)) * 2 * PI) * 2**180)  # at most about pi
-        found, term, k = [0, 0], 2**180, 0
-        while abs(term) > 1:
-            found[k % 2] += term if k % 4 < 2 else -term
-            k, term = k + 1, (term * x >> 180) // (k + 1)
-        c, s = (x / 2**180 for x in found)
-        rest, e = Tube.of([0.0, *self.c[1:]]), Tube.of([0.0], 2.0 * U + 1e-60 * abs(self.c[0]) + self.e)
-        count, left_out, square = 1, rest.size**2, rest * rest
-        while left_out > 1e-19 and count < 60:
-            count, left_out = count + 1, left_out * rest.size**2 / (4 * count**2)
-        left_out = 2.0 * left_out * (1.0 + rest.size) if rest.size < count else math.inf
-        even, odd = ([-1.0 / ((2 * k) * (2 * k + i)) for k in range(1, count + 1)] for i in (-1, 1))
-        cosine, sine = square.series(even, left_out), rest * square.series(odd, left_out)
-        return dot((s, c, 1), (cosine, sine, e)), dot((c, -s, 1), (cosine, sine, e))
+        terms = [*accumulate(range(1, 64), lambda term, k: (term * x >> 180) // k, initial=2**180)]
+        c, s = ((sum(terms[k::4]) - sum(terms[k + 2 :: 4])) / 2**180 for k in (0, 1))
+        return self.composed(complex(c, s), lambda i, k: 1j * i / k, lambda r: math.expm1(r + 1e-60 * abs(self.c[0])))
 
     def inverse_root(self) -> Tube:
-        """1 / sqrt of it, by the binomial series."""
-        middle, around = self.c[0], Tube.of([0.0, *self.c[1:]], self.e)
-        size = (around.size + around.e) / middle * UP if middle > 0.0 else 1.0
-        left_out = size**50 / (1.0 - size) if size < 0.9 else math.inf
-        rest = ((1.0 / middle) * around).series([-(2 * k - 1) / (2 * k) for k in range(1, 50)], left_out)
-        return (1.0 / math.sqrt(middle)) * rest
+        """1 / sqrt of it."""
+        x, y = self.c[0], 1.0 / math.sqrt(self.c[0])
+        return self.composed(y, lambda i, k: (i / k / 2 - 1) / x, lambda r: 1 / math.sqrt(x * (1 - 8 * U) - r) - y)
+
+    def friction(self, ahead: float, behind: float, standing: float) -> Tube:
+        """Dry friction at this speed; up to ``standing`` a joint has none."""
+        if self is ZERO or ahead == behind == 0.0:
+            return ZERO
+        rest = Fraction(standing)
+        most = -behind if self.keeps(-FAR, -rest)[0] else 0.0 if self.keeps(-FAR, rest)[0] else ahead
+        least = ahead if self.keeps(rest, FAR)[0] else 0.0 if self.keeps(-rest, FAR)[0] else -behind
+        return dot((most / 2 + least / 2, 1), (ONE, Tube(ZERO.c, most / 2 - least / 2)))
 
 
-ZERO = Tube([0.0] * TERMS, 0.0)  # this object is exactly 0
-ONE = Tube.of([1.0])
+ZERO, ONE = (Tube([x] + [0.0] * (TERMS - 1), 0.0) for x in (0.0, 1.0))  # the object ZERO is exactly 0
 
 
-def dot(constants: Any, tubes: Any) -> Tube:
+def dot(constants: Any, tubes: list[Tube] | tuple[Tube, ...]) -> Tube:
     """The sum of constants times tubes."""
     some = [(k, x) for k, x in zip(constants, tubes, strict=True) if k and x is not ZERO]
-    if len(some) < 2:
-        return ZERO if not some else some[0][1] if some[0][0] == 1.0 else some[0][0] * some[0][1]
+    if len(some) == 1 and some[0][0] == 1.0:
+        return some[0][1]
     c, e = [0.0] * TERMS, 0.0
-    for k, x in some:
+    for k, x in some:  # constants may be rounded twice themselves
         c, e = [a + k * b for a, b in zip(c, x.c)], e + abs(k) * (x.e + (len(some) + 4) * U * x.size)
-    return Tube(c, e)
+    return Tube(c, e) if some else ZERO
 
 
-def added(*vectors: Any) -> list[Tube]:
-    """The sum of vectors of tubes."""
-    return [dot([1] * len(vectors), column) for column in zip(*vectors, strict=True)]
-
-
-def lin(matrix: Any, v: Any) -> list[Tube]:
-    """A matrix of constants times a vector of tubes, or one of tubes times constants."""
-    return [dot(v, row) if isinstance(row[0], Tube) else dot(row, v) for row in matrix]
-
-
-def cross(a: Any) -> list[list[float]]:
-    """The matrix of the cross product of a constant vector with another."""
-    return [[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]]
+def turned(v: list[Tube], phase: Tube, sign: int) -> list[Tube]:
+    """A vector turned about z by an angle whose exp(i angle) is given (sign 1), or back (-1)."""
+    both = dot((1, sign * 1j), v[:2]) * phase  # one complex number, x + i y, for two coordinates
+    if both is ZERO or phase is ONE:
+        return v
+    return [Tube([x.real for x in both.c], both.e), Tube([sign * x.imag for x in both.c], both.e), v[2]]
 
 
 class _Link:
@@ -209,50 +158,41 @@ class _Link:
     def __init__(self, data: Any, loads: list[Any]) -> None:
         self.parent, self.turns = data["parent"], {True: True, False: False}[data["turns"]]
         self.place, self.offset = numbers(data["rotation"], 3, 3), numbers(data["offset"], 3)
-        self.back = list(zip(*self.place))
-        if any(abs(sum(map(mul, x, y)) - (x is y)) > 1e-9 for x in self.back for y in self.back):
+        if any(abs(sum(map(mul, x, y)) - (x is y)) > 1e-9 for x in self.place for y in self.place):
             raise BadFileError("rotation: expected an orthogonal matrix")
         bodies = [numbers(each["body"], 10) for each in (data, *loads)]
-        m, *h, xx, xy, yy, xz, yz, zz = [sum(map(Fraction, x)) for x in zip(*bodies)]
+        m, x, y, z, xx, xy, yy, xz, yz, zz = [sum(map(Fraction, each)) for each in zip(*bodies)]
         half = (xx + yy + zz) / 2  # half the trace of an inertia less the inertia is the second moment of mass
-        second = [[half - xx, -xy, -xz], [-xy, half - yy, -yz], [-xz, -yz, half - zz]]
-        self.mass, self.moment, self.e = float(m), [*map(float, h)], [[*map(float, row)] for row in second]
+        moments: Any = [[half - xx, -xy, -xz, x], [-xy, half - yy, -yz, y], [-xz, -yz, half - zz, z], [x, y, z, m]]
+        self.moments = [[*map(float, row)] for row in moments]
 
-    def rotated(self, v: Any, sign: int) -> list[Tube]:
-        """A vector turned by the joint's angle (sign 1), or back (-1)."""
-        (x, y, z), c, s = v, self.cosine, self.sine
-        return [dot((1, -sign), (c * x, s * y)), dot((sign, 1), (s * x, c * y)), z] if self.turns else [x, y, z]
-
-    def move(self, before: Any, q: Tube, v: Tube, a: Tube, angle: tuple[Tube, Tube]) -> None:
+    def move(self, before: Any, q: Tube, v: Tube, a: Tube, phase: Tube) -> None:
         """Motion of the link from that of the one before, then the force and the moment that its bodies need."""
-        self.q, (self.sine, self.cosine) = q, angle
-        known = before.spin, before.rate, added(before.pull, lin(before.swing, self.offset))
-        w, d, self.pull = (self.rotated(lin(self.back, x), -1) for x in known)
-        turning = [w[1] * v, -1 * (w[0] * v), ZERO]  # angular velocity x axis, times v
-        if self.turns:
-            w, d = added(w, [ZERO, ZERO, v]), added(d, turning, [ZERO, ZERO, a])
-        (xx, xy, xz), (_, yy, yz), (_, _, zz) = [[w[i] * w[j] if i <= j else ZERO for j in range(3)] for i in range(3)]
-        self.spin, self.rate = w, d
-        self.swing = s = [  # from a point's place to its acceleration about the origin
-            [dot((-1, -1), (yy, zz)), dot((1, -1), (xy, d[2])), dot((1, 1), (xz, d[1]))],
-            [dot((1, 1), (xy, d[2])), dot((-1, -1), (xx, zz)), dot((1, -1), (yz, d[0]))],
-            [dot((1, -1), (xz, d[1])), dot((1, 1), (yz, d[0])), dot((-1, -1), (xx, yy))],
-        ]
-        if not self.turns:
-            self.pull = added(self.pull, [row[2] * q for row in s], turning, turning, [ZERO, ZERO, a])
-        self.force = added([self.mass * x for x in self.pull], lin(s, self.moment))
-        turn = [dot([*self.e[j], *(-x for x in self.e[i])], [*s[i], *s[j]]) for i, j in ((2, 1), (0, 2), (1, 0))]
-        self.torque = added(lin(cross(self.moment), self.pull), turn)
+        *known, motion = before
+        known.append([dot([*self.offset, 1.0], row) for row in motion])
+        w, d, p = (turned([dot(row, x) for row in zip(*self.place)], phase, -1) for x in known)
+        (_, v, a), (self.slid, speed, gain) = ((q, v, a), [ZERO] * 3) if self.turns else ([ZERO] * 3, (q, v, a))
+        d = [dot((1, 1), (d[0], w[1] * v)), dot((1, -1), (d[1], w[0] * v)), dot((1, 1), (d[2], a))]
+        w = [w[0], w[1], dot((1, 1), (w[2], v))]
+        squares, s = [x * x for x in w], [[ZERO] * 3 for _ in w]  # s times a place: acceleration less the origin's
+        for k, (i, j) in enumerate(CROSS):
+            s[k][k], both = dot((-1, -1), (squares[i], squares[j])), (w[i] * w[j], d[k])
+            s[i][j], s[j][i] = dot((1, 1), both), dot((1, -1), both)
+        for row, x, k, y in zip(s, p, (2, -2, 1), (w[1] * speed, w[0] * speed, gain)):
+            row.append(dot((1, 1, k), (x, row[2] * self.slid, y)))
+        self.phase, self.state = phase, (w, d, s)
+        self.force, h = [dot(self.moments[3], row) for row in s], self.moments
+        self.torque = [dot([*h[j], *(-x for x in h[i])], [*s[i], *s[j]]) for i, j in CROSS]
 
     def bears(self, links: list[_Link]) -> Tube:
         """The effort of the joint; what is beyond it is handed on to the link before."""
         if self.parent >= 0:
-            x, y, _ = self.force if not self.turns else (ZERO, ZERO, ZERO)
-            inward = self.force, added(self.torque, [-1 * (self.q * y), self.q * x, ZERO])
-            force, torque = (lin(self.place, self.rotated(each, 1)) for each in inward)
-            before = links[self.parent]
-            before.force = added(before.force, force)
-            before.torque = added(before.torque, torque, lin(cross(self.offset), force))
+            (x, y, _), (tx, ty, tz), at, before = self.force, self.torque, self.offset, links[self.parent]
+            inward = self.force, [dot((1, -1), (tx, self.slid * y)), dot((1, 1), (ty, self.slid * x)), tz]
+            f, t = ([dot(row, v) for row in self.place] for v in [turned(x, self.phase, 1) for x in inward])
+            pairs = zip(before.torque, t, CROSS)
+            before.force = [dot((1, 1), each) for each in zip(before.force, f)]
+            before.torque = [dot((1, 1, at[j], -at[i]), (x, y, f[i], f[j])) for x, y, (i, j) in pairs]
         return self.torque[2] if self.turns else self.force[2]
 
 
@@ -263,42 +203,35 @@ class _Robot:
         if any(not 0 <= load["link"] < len(data["links"]) for load in loads):
             raise BadFileError("loads: expected each on one of the links")
         self.links = [_Link(x, [y for y in loads if y["link"] == k]) for k, x in enumerate(data["links"])]
-        self.drives, self.screws = numbers(data["matrix"], len(self.links), None), data["screws"]
-        self.offset, gravity, still = numbers(data["offset"], len(self.links)), numbers(data["gravity"], 3), [ZERO] * 3
-        self.ground = SimpleNamespace(spin=still, rate=still, swing=[still] * 3, pull=[Tube.of([-g]) for g in gravity])
+        n, still, self.screws = len(self.links), [ZERO] * 3, data["screws"]
+        matrix = zip(numbers(data["matrix"], n, None), numbers(data["offset"], n))
+        self.drives = [[*row, x] for row, x in matrix]  # coordinates of the model, of the actuators' and 1
+        if self.screws:  # of two coordinates the mean slides, their difference u swivels by atan(u / span)
+            x, y = (self.drives[self.screws[key]] for key in ("slide", "swivel"))
+            x[:], y[:] = [(a + b) / 2 for a, b in zip(x, y)], [b - a for a, b in zip(x, y)]
+        self.ground = still, still, [[*still, dot([-g], [ONE])] for g in numbers(data["gravity"], 3)]
         keys = ("viscous", "armature", "coulomb", "coulomb_backward", "standing")
-        self.viscous, self.armature, *self.dry = (numbers(data["friction"][key], len(self.drives[0])) for key in keys)
-        if min(map(min, self.dry)) < 0.0:
+        self.own = [*zip(*(numbers(data["friction"][key], len(self.drives[0]) - 1) for key in keys))]
+        if min(min(x[2:]) for x in self.own) < 0.0:
             raise BadFileError("friction: expected numbers from 0 on")
 
     def efforts(self, q: list[Tube], v: list[Tube], a: list[Tube]) -> list[Tube]:
-        """Efforts of the actuators without dry friction."""
-        model = [dot([*row, 1], [*q, Tube.of([x])]) for row, x in zip(self.drives, self.offset)]
-        speeds, gains = lin(self.drives, v), lin(self.drives, a)
-        angles = [x.sine_and_cosine() if link.turns else (ZERO, ONE) for link, x in zip(self.links, model)]
-        if self.screws:  # slide (x1 + x2) / 2 and swivel atan(u / span), u = x2 - x1
-            i, j, span = (self.screws[key] for key in ("slide", "swivel", "span"))
-            u, du, ddu = (dot((-1, 1), (x[i], x[j])) for x in (q, v, a))
-            root = dot((1, span), (u * u, Tube.of([span]))).inverse_root()
-            share, angles[j] = span * (root * root), (u * root, span * root)
-            model[i], speeds[i], gains[i] = (dot((0.5, 0.5), (x[i], x[j])) for x in (q, v, a))
+        """Efforts of the actuators."""
+        model, speeds, gains = ([dot(row, x) for row in self.drives] for x in ([*q, ONE], [*v, ZERO], [*a, ZERO]))
+        phases = [x.phase() if link.turns else ONE for link, x in zip(self.links, model)]
+        if self.screws:
+            j, span = self.screws["swivel"], self.screws["span"]
+            u, du, ddu = model[j], speeds[j], gains[j]
+            root = dot((1, span**2), (u * u, ONE)).inverse_root()
+            share, phases[j] = dot([span], [root * root]), dot((span, 1j), (ONE, u)) * root
             speeds[j], gains[j] = share * du, dot((1, -2.0 / span), (share * ddu, u * (share * du) * (share * du)))
-        for link, x, dx, ddx, angle in zip(self.links, model, speeds, gains, angles):
-            link.move(self.ground if link.parent < 0 else self.links[link.parent], x, dx, ddx, angle)
+        for link, *moving in zip(self.links, model, speeds, gains, phases):
+            link.move(self.ground if link.parent < 0 else self.links[link.parent].state, *moving)
         torques = [link.bears(self.links) for link in reversed(self.links)][::-1]
         if self.screws:
-            torques[i], torques[j] = (dot((0.5, sign), (torques[i], torques[j] * share)) for sign in (-1, 1))
-        parts = zip(zip(*self.drives), self.viscous, v, self.armature, a)
-        return [dot([*row, d, m], [*torques, x, y]) for row, d, x, m, y in parts]
-
-    def friction(self, joint: int, v: Tube) -> tuple[Any, Any]:
-        """Least and greatest dry friction of a joint; up to a speed it stands and has none."""
-        ahead, behind, rest = (Fraction(x[joint]) for x in self.dry)
-        sure = (-rest, rest, 0, 0), (rest, FAR, ahead, ahead), (-FAR, -rest, -behind, -behind)
-        for low, high, least, most in (*sure, (-rest, FAR, 0, ahead), (-FAR, rest, -behind, 0)):
-            if v is ZERO or ahead == behind == 0 or v.keeps(low, high):
-                return least, most
-        return -behind, ahead
+            torques[j] *= share
+        parts = zip(zip(*self.drives), self.own, v, a)
+        return [dot([*row, d, m, 1], [*torques, x, y, x.friction(*dry)]) for row, (d, m, *dry), x, y in parts]
 
 
 def numbers(x: Any, *shape: int | None) -> Any:
@@ -316,41 +249,56 @@ class _Motion:
 
     def __init__(self, data: Any) -> None:
         motion, self.data, self.names = data["motion"], data, [str(x["name"]) for x in data["motion"]["joints"]]
-        breaks, joints = numbers(motion["breaks"], None), range(len(self.names))
-        rows = numbers(motion["coefficients"], len(breaks) - 1, len(joints), None)
-        rising = breaks[0] == 0.0 and all(x < y for x, y in pairwise(breaks)) and len({*self.names}) == len(joints)
+        self.breaks, joints = [*map(Fraction, numbers(motion["breaks"], None))], range(len(self.names))
+        self.durations = [y - x for x, y in pairwise(self.breaks)]
+        rows = numbers(motion["coefficients"], len(self.durations), len(joints), None)
+        rising = self.breaks[0] == 0 and min(self.durations) > 0 and len({*self.names}) == len(joints)
         if not rising or any(len(x) > LONGEST for row in rows for x in row):
             raise BadFileError("motion: expected breaks that increase from 0, joints of different names, low degrees")
-        self.segments = [_Segment(x, y, row) for (x, y), row in zip(pairwise(breaks), rows)]
-        all_ = [[[each.derivative(j, order) for each in self.segments] for j in joints] for order in range(3)]
-        self.peaks = [[max(max(map(abs, b)) / d for b, d in each) for each in order] for order in all_]  # or above
+        # By segments and joints powers of shares of time; by orders, joints and segments what bernstein gives.
+        self.powers, self.curves = list[Any](), [[list[Any]() for _ in joints] for _ in ORDERS]
+        for t, row in zip(self.durations, rows):
+            self.powers.append([[Fraction(c) * t**k for k, c in enumerate(x)] for x in row])
+            for j, (b, d) in enumerate(map(bernstein, self.powers[-1])):
+                for order in self.curves:
+                    order[j].append((b, Fraction(d)))
+                    b, d = [y - x for x, y in pairwise(b)] or [0], d * t / max(len(b) - 1, 1)
+        self.peaks = [[max(max(map(abs, b)) / d for b, d in row) for row in each] for each in self.curves]  # or above
 
-    def steps(self, order: int, joint: int) -> str:
-        """Where a derivative steps at a break, so that the next one is infinite; empty if nowhere."""
-        shortest = min(each.duration for each in self.segments)
-        most = STEP * self.peaks[order][joint] + ROUNDED * max(self.peaks[0]) / shortest**order
-        for one, other in pairwise(self.segments):
-            (before, m), (after, n) = one.derivative(joint, order), other.derivative(joint, order)
-            if abs(after[0] / n - before[-1] / m) > most:
-                return f"is claimed, and {ORDERS[order]} steps at {float(other.begin):.6g} s"
-        return ""
+    def states(self, number: int, level: int, place: int) -> Any:
+        """Positions, velocities, accelerations of all joints on u = (2 place + 1 + s) / 2^(level + 1), |s| <= 1."""
+        half, found = Fraction(1, 2 << level), tuple(list[Tube]() for _ in range(3))
+        rate = float(1 / (half * self.durations[number]))
+        for a in self.powers[number]:
+            c = [float(x) for x in moved(a, (2 * place + 1) * half, half)]
+            for tubes in found:
+                beyond = 8.0 * U * sum(map(abs, c)) + sum(map(abs, c[TERMS:]))
+                tubes.append(Tube((c + ZERO.c)[:TERMS], beyond) if any(c) else ZERO)
+                c = [k * x * rate for k, x in enumerate(c)][1:]
+        return found
 
-    def polynomial(self, quantity: str, joint: int, low: Any, high: Any) -> str:
-        """Why a derivative may leave what is claimed; empty if it does not."""
-        order = ORDERS.index(quantity)
-        for each in self.segments:
-            b, divisor = each.derivative(joint, order)
-            kept, u = decide(b, math.ceil(low * divisor), math.floor(high * divisor))
+    def told(self, number: int, kept: bool | None, u: Fraction) -> str:
+        """That a claim is broken, or not decided, near u in a segment."""
+        at = float(self.breaks[number] + u * self.durations[number])
+        return f"is claimed, {'perhaps ' if kept is None else ''}wrongly at {at:.6g} s"
+
+    def polynomial(self, order: int, joint: int, low: Any = -FAR, high: Any = FAR) -> str:
+        """Why a derivative may leave what is claimed, or is infinite, as the one before steps at a break; or empty."""
+        for number, (b, d) in enumerate(self.curves[order][joint]):
+            kept, u = decide(b, math.ceil(low * d), math.floor(high * d))
             if not kept:
-                return each.told(kept, u)
-        return self.steps(order - 1, joint) if order else ""
+                return self.told(number, kept, u)
+        most = STEP * self.peaks[order - 1][joint] + ROUNDED * max(self.peaks[0]) / min(self.durations) ** (order - 1)
+        for at, ((before, m), (after, n)) in zip(self.breaks[1:], pairwise(self.curves[order - 1][joint])):
+            if order and abs(after[0] / n - before[-1] / m) > most:
+                return f"is claimed, and {ORDERS[order - 1]} steps at {float(at):.6g} s"
+        return ""
 
     def efforts(self, rows: list[tuple[int, Any, Any]]) -> dict[int, str]:
         """For the joints of rows (joint, least, greatest), why their efforts may leave what is claimed."""
-        failed, done = {j: self.steps(0, j) or self.steps(1, j) for j, _, _ in rows}, Fraction(0)
+        failed, done = {j: self.polynomial(1, j) or self.polynomial(2, j) for j, _, _ in rows}, Fraction(0)
         robots = [_Robot(self.data["robot"], loads) for loads in self.data["robot"]["loads"]]
-        speeds = (v + q / sum(each.duration for each in self.segments) for q, v, _ in zip(*self.peaks))
-        if any(rest > AT_REST * v for rest, v in zip(robots[0].dry[2], speeds)):
+        if any(rest > AT_REST * (v + q / self.breaks[-1]) for (*_, rest), q, v in zip(robots[0].own, *self.peaks[:2])):
             raise BadFileError("standing: expected no more than rounding of the joints' speeds")
         self.budget = PIECES * (len(self.data["pieces"]) + 10)
         for piece in self.data["pieces"]:
@@ -359,32 +307,29 @@ class _Motion:
             if not follows or len(shares) != len(rows) or not all(type(x) is int and 0 <= x <= 1000 for x in shares):
                 raise BadFileError("pieces: expected all of the motion one after the other, with shares up to 1000")
             todo = [(j, low * share / 1000, high * share / 1000) for (j, low, high), share in zip(rows, shares)]
-            self.piece(robots[self.data["carried"][number]], self.segments[number], level, first, todo, failed)
+            self.piece(robots[self.data["carried"][number]], (number, level, first), todo, failed)
             done += Fraction(1, 1 << level)
-        if done != len(self.segments) or len(self.data["carried"]) != done:
+        if done != len(self.durations) or len(self.data["carried"]) != done:
             raise BadFileError("pieces: they end before the motion does")
         return failed
 
-    def piece(self, robot: _Robot, segment: _Segment, level: int, first: int, rows: Any, failed: Any) -> None:
+    def piece(self, robot: _Robot, place: tuple[int, int, int], rows: Any, failed: Any) -> None:
         """Prove what rows claim of a piece, or of its halves, and say of which joints it fails."""
-        todo = [row for row in rows if not failed[row[0]]]
+        (number, level, first), todo = place, [row for row in rows if not failed[row[0]]]
         if not todo:
             return
         self.budget -= 1
-        efforts, left, last = list[Tube](), list[Any](), level >= DEEPEST or self.budget <= 0
+        efforts, left = list[Tube](), list[Any]()
         with suppress(ArithmeticError, ValueError):  # as if nothing were known
-            states = segment.on_piece(level, first)
-            efforts = robot.efforts(*states)
+            efforts = robot.efforts(*self.states(*place))
         for j, low, high in todo:
-            least, most = robot.friction(j, states[1][j]) if efforts else (0, 1)
-            kept = efforts[j].keeps(low - least, high - most) if efforts else None
-            kept = None if kept is False and least < most else kept
-            if kept is None and not last:
+            kept, u = efforts[j].keeps(low, high) if efforts else (None, Fraction(1, 2))
+            if kept is None and level < DEEPEST and self.budget > 0:
                 left.append((j, low, high))
             elif not kept:
-                failed[j] = segment.told(kept, Fraction(2 * first + 1, 2 << level))
+                failed[j] = self.told(number, kept, (first + u) / (1 << level))
         for half in (0, 1):
-            self.piece(robot, segment, level + 1, 2 * first + half, left, failed)
+            self.piece(robot, (number, level + 1, 2 * first + half), left, failed)
 
     def check(self) -> list[tuple[str, bool | None, str]]:
         """Every row: its name, whether it is proven that it keeps its limits (None: not checked), and why."""
@@ -399,7 +344,7 @@ class _Motion:
         forces = [row[1:4] for (quantity, _), row in rows.items() if quantity == "effort"]
         efforts = self.efforts(forces) if forces else {}
         for (quantity, name), (unit, joint, *claim, lower, upper) in rows.items():
-            why = efforts[joint] if quantity == "effort" else self.polynomial(quantity, joint, *claim)
+            why = efforts[joint] if quantity == "effort" else self.polynomial(ORDERS.index(quantity), joint, *claim)
             middle = (lower + upper) / 2 if quantity == "position" and -FAR < lower < upper < FAR else 0
             low, high = (WITHIN * (abs(limit - middle) or 1) for limit in (lower, upper))
             if not lower - low <= claim[0] or not claim[1] <= upper + high:

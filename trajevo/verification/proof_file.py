@@ -22,6 +22,7 @@ from trajevo.robot.joints import JointLimits
 from trajevo.robot.payload import Payload, entries_of
 from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import CoupledScrews, Direct, Mimicking
+from trajevo.trajectory.along_path import ComposedBatch
 from trajevo.trajectory.batch import DERIVATIVES
 from trajevo.trajectory.polynomial import PolynomialBatch
 
@@ -79,10 +80,12 @@ def proof_text(certificate: Certificate, relied: Relied | None) -> str:
     if relied is None:
         raise InvalidInputError("certificate: it was read from a file, and its motion is not there; certify it again")
     rollout = relied.one
+    if isinstance(rollout.trajectory, ComposedBatch):
+        rollout = replace(rollout, trajectory=rollout.trajectory.polynomials(0))
     if not isinstance(rollout.trajectory, PolynomialBatch):
         raise InvalidInputError(
-            "motion: expected polynomials of time, for which proof files are made, got one along a path, s(u(t)): "
-            "export its samples and the certificate"
+            "motion: expected polynomials of time, for which proof files are made, got "
+            f"{type(rollout.trajectory).__name__}: export its samples and the certificate"
         )
     no_effort = _why_no_effort(rollout.dynamics)
     rows = [row for row in certificate.rows if row.quantity in CHECKED[: -1 if no_effort else None]]
