@@ -93,7 +93,7 @@ def test_a_ur5_under_torque_limits_against_reachability():
     """Against controllable sets on dense stations (Pham and Pham 2018), each by a linear program of SciPy."""
     problem = ur5_path()
     bound, reached = path_bound(problem, stations=40), controllable(problem)
-    assert bound.limited == ("velocity", "acceleration", "effort")
+    assert {"velocity", "acceleration", "effort"} <= set(bound.limited)
     assert 0.97 * reached < bound.least < reached * (1.0 + 2e-3)
 
 
@@ -113,7 +113,7 @@ def ur5_path():
     return TimeJerkReparameterisation(path=points, robot=robot, effort=True, longest_time=20.0)
 
 
-def controllable(problem, count=401):
+def controllable(problem, count=201):
     """Least time by the greatest squared speeds from which the end can be reached, then as fast as these allow."""
     s = np.linspace(0.0, 1.0, count)
     h, q, slope, bend = s[1], *(problem.path(s, order) for order in range(3))

@@ -147,9 +147,7 @@ def path_bound(
         InvalidInputError: the problem is not along a fixed path, a weight is negative or not finite, or the number of
             stations is not between 10 and 5000; or nothing limits the speed along some part of the path.
     """
-    weights = tuple(
-        _weight(value, name) for name, value in (("square_jerk", square_jerk), ("square_effort", square_effort))
-    )
+    weights = _weight(square_jerk, "square_jerk"), _weight(square_effort, "square_effort")
     if isinstance(stations, bool) or not isinstance(stations, int) or not _FEWEST <= stations <= _MANY:
         raise InvalidInputError(f"stations: expected a whole number from {_FEWEST} to {_MANY}, got {stations!r}")
     question = PathQuestion.of(problem)
