@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import io
 import multiprocessing
 import subprocess
@@ -165,3 +166,12 @@ def limits_shown(panel) -> set[float]:
     told = panel.get_title(loc="right").replace("−", "-").partition("outside: ")[2].split(" ")
     numbers = [float(text.strip("±,")) for text in told if text.strip("±,-.").replace(".", "").isdigit()]
     return drawn | {*numbers} | ({-each for each in numbers} if told[0].startswith("±") else set())
+
+
+def same_bound(one, other) -> None:
+    """Assert that two bounds of a front are the same but for the CPU time that they took."""
+    for a, b in ((one, other), (one.below, other.below)):
+        assert type(a) is type(b)
+        for field in dataclasses.fields(a):
+            if field.name not in ("cpu_time", "below"):
+                np.testing.assert_array_equal(getattr(a, field.name), getattr(b, field.name))

@@ -99,10 +99,10 @@ if TYPE_CHECKING:
         stop_and_go,
     )
     from trajevo.trajectory.polynomial import PolynomialBatch
-    from trajevo.verification.bounds.front_bound import FrontBound, bound_front
+    from trajevo.verification.bound_front import bound_front
     from trajevo.verification.certify import certify, certify_all
+    from trajevo.verification.front_bound import FrontBound
     from trajevo.verification.path_bounds.bound import path_bound
-    from trajevo.verification.path_bounds.front_bound import path_front_bound
     from trajevo.verification.twin.simulate import simulate
     from trajevo.verification.verify import verify
 
@@ -190,9 +190,9 @@ _NAMES = {
     "capacity.workspace": ("ToolPlane", "workspace_capacity"),
     # What is proven, and files
     "verification.certify": ("certify", "certify_all"),
-    "verification.bounds.front_bound": ("FrontBound", "bound_front"),
+    "verification.bound_front": ("bound_front",),
+    "verification.front_bound": ("FrontBound",),
     "verification.path_bounds.bound": ("path_bound",),
-    "verification.path_bounds.front_bound": ("path_front_bound",),
     "verification.twin.simulate": ("simulate",),
     "verification.verify": ("verify",),
     "exporters.exporter": ("Exporter",),
@@ -312,7 +312,6 @@ __all__ = [
     "optimise",
     "overshoot",
     "path_bound",
-    "path_front_bound",
     "payload_bounds",
     "payload_diagram",
     "payload_effort",

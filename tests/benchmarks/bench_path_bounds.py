@@ -1,7 +1,11 @@
-"""Least times along paths against what no time law is below: `python tests/benchmarks/bench_path_bounds.py`."""
+"""Least times along paths against what no time law is below: `python -m tests.benchmarks.bench_path_bounds`."""
 
+from tests.verification.path_bounds.test_path_bound import controllable, ur5_path
 from trajevo import path_bound
 from trajevo.problems import TimeJerkReparameterisation
+
+#: Dense stations at which controllable sets of a UR5 under torque limits are found.
+DENSE = 1601
 
 #: Stations, and control points of the u(t) whose least time is compared.
 STATIONS, CONTROL_POINTS = (50, 100, 200), 200
@@ -21,6 +25,13 @@ def main() -> None:
                 f"{100.0 * bound.gap(best):.2f}, {bound.cpu_seconds:.1f}",
                 flush=True,
             )
+    problem = ur5_path()
+    best = controllable(problem, DENSE)
+    print(f"UR5 under torque limits, stations: bound [s], least time by reachability at {DENSE} stations [s], gap, CPU")
+    for stations in STATIONS[:2]:
+        bound = path_bound(problem, stations=stations)
+        gap = 100.0 * bound.gap(best)
+        print(f"{bound.stations}: {bound.least:.4f}, {best:.4f}, {gap:.2f} %, {bound.cpu_seconds:.1f} s", flush=True)
 
 
 if __name__ == "__main__":

@@ -100,7 +100,7 @@ COMMANDS = {
         "Check a motion between its samples against every limit; exit code 1 if one is exceeded.",
     ),
     "bound": _Home(
-        "bounds.branch_and_bound",
+        "bound",
         "bound",
         "Bound a run's front from below: what no motion of its kind can be better than; it goes on where it stopped.",
     ),
@@ -113,11 +113,6 @@ COMMANDS = {
         "proof.command",
         "check_proof",
         "Check a proof file without trusting what wrote it; exit code 1 if something that it claims is not proven.",
-    ),
-    "path-bound": _Home(
-        "bounds.path_bound",
-        "bound_path",
-        "Bound a front of time and jerk along a path from below, over all time laws, and draw both.",
     ),
     "export": _Home(
         "show",

@@ -336,7 +336,7 @@ class Front:
         Raises:
             InvalidInputError: as :func:`trajevo.bound_front`.
         """
-        proofs = import_module("trajevo.verification.bounds.front_bound")
+        proofs = import_module("trajevo.verification.bound_front")
         return proofs.bound_front(self, gap=gap, cpu_time=cpu_time, file=file)
 
     def open(self, file: str | Path | None = None) -> Path:

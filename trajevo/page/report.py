@@ -21,8 +21,8 @@ from trajevo.page.facts import brief, known_values, objective_headers, run_facts
 from trajevo.page.parts import THEME, figure, folded, static, table, viewer_licence
 from trajevo.plots.analyses import analyse
 from trajevo.plots.pictures import PAYLOAD_FIGURES, Picture, draw_all, written
-from trajevo.verification.bounds.front_bound import FrontBound
 from trajevo.verification.certificate import Certificate
+from trajevo.verification.front_bound import FrontBound
 from trajevo.verification.shares import shares_used
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from trajevo.plots.along_path import fronts, parameter, path, path_bound
+    from trajevo.plots.along_path import fronts, parameter, path
     from trajevo.plots.cell.base_map import base_map
     from trajevo.plots.cell.visits import visits
     from trajevo.plots.chain import stick_figure
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 _NAMES = {
     "pareto": ("front", "front_3d", "hypervolume", "parallel_coordinates"),
     "motion": ("profiles", "tool_path"),
-    "along_path": ("fronts", "parameter", "path", "path_bound"),
+    "along_path": ("fronts", "parameter", "path"),
     "effort": (
         "capacity_margins",
         "desired_path",
@@ -103,7 +103,6 @@ __all__ = [
     "parallel_coordinates",
     "parameter",
     "path",
-    "path_bound",
     "payload_by_duty",
     "payload_contours",
     "payload_curve",

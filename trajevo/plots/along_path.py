@@ -15,9 +15,13 @@ from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.path_limits import along_path
 from trajevo.front.front import Front, Solution
+from trajevo.plots.limits.gap import below_all
 from trajevo.plots.paper import Width, colour, curve, key, log_ticks, panel, scale_beside, sequence
 from trajevo.plots.pareto import quantities
-from trajevo.verification.path_bounds.front_bound import PathFrontBound
+from trajevo.verification.front_bound import FrontBound
+
+#: Slices of durations in which the area where no motion lies is drawn.
+_SLICES = 400
 
 
 def path(
@@ -87,6 +91,7 @@ def fronts(
     named: Mapping[str, Front],
     *,
     mark: Mapping[str, Solution] | None = None,
+    bound: FrontBound | None = None,
     ax: Axes | None = None,
     width: Width = "column",
 ) -> Axes:
@@ -95,58 +100,27 @@ def fronts(
     Args:
         named: label -> front.
         mark: label -> solution to mark.
-        ax: axes.
-        width: ``"column"``, ``"page"`` or millimetres.
-    """
-    if not named or any(len(front.objective_names) != 2 or not len(front) for front in named.values()):
-        raise InvalidInputError("fronts: expected fronts of two objectives with at least one point each")
-    labels, factors = quantities(next(iter(named.values())))
-    with panel(ax, width=width, height=50.0) as ax:
-        for i, (name, front) in enumerate(named.items()):
-            dots: dict[str, Any] = {"markersize": 2.5, "color": colour(i), "label": name}
-            ax.plot(*(front.F * factors).T, linestyle="none", marker="os^vD"[i % 5], markeredgewidth=0, **dots)
-        for i, (name, solution) in enumerate((mark or {}).items()):
-            at = solution.front.F[solution.index] * factors
-            ax.plot(*at, "*Dos"[i % 4], color="black", markersize=8 if i % 4 == 0 else 5, label=name)
-        ax.set(xlabel=labels[0], ylabel=labels[1], yscale="log")
-        log_ticks(ax.yaxis)
-        key(ax)
-    return ax
-
-
-def path_bound(
-    bound: PathFrontBound, fronts: Mapping[str, Front], *, ax: Axes | None = None, width: Width = "column"
-) -> Axes:
-    """Fronts of time and squared jerk along a path, and the area in which no time law lies.
-
-    Args:
-        bound: the bound, as :func:`trajevo.path_front_bound` gives it.
-        fronts: label -> front of the same problem, or of one with more control points.
+        bound: of :func:`trajevo.bound_front`, of one of the fronts: the area in which no motion lies.
         ax: axes.
         width: ``"column"``, ``"page"`` or millimetres.
 
     Raises:
-        InvalidInputError: no front.
+        InvalidInputError: no front, an empty one, or one of other than two objectives.
     """
-    if not fronts:
-        raise InvalidInputError("fronts: expected one front at least, got none")
-    labels, factors = quantities(next(iter(fronts.values())))
-    highest = max(float(front.F[:, 1].max()) for front in fronts.values())
-    last = max(float(front.F[:, 0].max()) for front in fronts.values())
-    times = np.geomspace(bound.values[0], last, 400)
-    jerk = np.clip(bound.jerk_at(times), 1e-300, highest)
-    lowest = max(min(float(front.F[:, 1].min()) for front in fronts.values()) * 0.3, 1e-300)
-    at = np.concatenate([[0.9 * times[0], times[0]], times]) * factors[0]
-    top = np.concatenate([[highest, highest], jerk]) * factors[1]
-    with panel(ax, width=width, height=55.0) as ax:
-        ax.fill_between(
-            at, lowest * factors[1], np.maximum(top, lowest * factors[1]), color="0.85", label="no time law"
-        )
-        for i, (name, front) in enumerate(fronts.items()):
+    if not named or any(len(front.objective_names) != 2 or not len(front) for front in named.values()):
+        raise InvalidInputError("fronts: expected fronts of two objectives with at least one point each")
+    labels, factors = quantities(next(iter(named.values())))
+    values = [front.F * factors for front in named.values()]
+    with panel(ax, width=width, height=50.0 if bound is None else 55.0) as ax:
+        for i, (name, F) in enumerate(zip(named, values, strict=True)):
             dots: dict[str, Any] = {"markersize": 2.5, "color": colour(i), "label": name}
-            ax.plot(*(front.F * factors).T, linestyle="none", marker="os^vD"[i % 5], markeredgewidth=0, **dots)
-        ax.set(xlabel=labels[0], ylabel=labels[1], yscale="log", xlim=(at[0], at[-1]))
-        ax.set_ylim(lowest * factors[1], highest * factors[1])
+            ax.plot(*F.T, linestyle="none", marker="os^vD"[i % 5], markeredgewidth=0, **dots)
+        for i, (name, solution) in enumerate((mark or {}).items()):
+            at = solution.front.F[solution.index] * factors
+            ax.plot(*at, "*Dos"[i % 4], color="black", markersize=8 if i % 4 == 0 else 5, label=name)
+        ax.set(xlabel=labels[0], ylabel=labels[1], yscale="log")
+        if bound is not None:
+            below_all(ax, bound.points(_SLICES) * factors, np.concatenate(values))
         log_ticks(ax.yaxis)
         key(ax)
     return ax

@@ -22,7 +22,7 @@ from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.front import Front
 from trajevo.front.records import installed_versions
 
-_FORMAT, _VERSION = "trajevo analyses", 3
+_FORMAT, _VERSION = "trajevo analyses", 4
 
 #: Modules of the records that analyses consist of, by the names of their classes; imported when one is read, since a
 #: report in a hurry holds few of them.
@@ -37,8 +37,9 @@ _RECORDS = {
     "EffortAlong": "capacity.capacity",
     "Exchange": "front.exchange_rates",
     "ExchangeRates": "front.exchange_rates",
-    "FrontBound": "verification.bounds.front_bound",
+    "FrontBound": "verification.front_bound",
     "LeastTimes": "capacity.payload_studies",
+    "LowerCurves": "verification.bounds.lower_curves",
     "PayloadCurve": "capacity.payload_time",
     "PayloadDiagram": "capacity.payload_diagram",
     "PolynomialBatch": "trajectory.polynomial",
@@ -51,6 +52,7 @@ _RECORDS = {
     "ToolPlane": "capacity.workspace",
     "UncertaintyPrice": "capacity.uncertainty",
     "Uncovered": "verification.certificate",
+    "WeightedSums": "verification.path_bounds.weighted_sums",
     "WorkspaceCapacity": "capacity.workspace",
 }
 

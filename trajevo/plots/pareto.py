@@ -25,7 +25,7 @@ from trajevo.front.thinning import told_share
 from trajevo.plots.layout import Rows, width_of
 from trajevo.plots.limits.gap import band
 from trajevo.plots.paper import NOTE, TWO_BESIDE, Width, colour, curve, inches, key, label, panel, panels, sequence
-from trajevo.verification.bounds.front_bound import FrontBound
+from trajevo.verification.front_bound import FrontBound
 
 #: Marks on a front: one solution, or label -> solution or objective values (n_obj,) in SI.
 Marks = Solution | Mapping[str, Any] | None

@@ -295,7 +295,12 @@ def _drawings(front: Front, analyses: Mapping[str, Any], width: Width | None = N
     yield "hypervolume", "Hypervolume by generation", lambda: plots.hypervolume(front, **as_wide).figure
     if analyses.get("bound") and count > 1:
         caption, bound = "The front and what no motion of its kind can be better than", analyses["bound"]
-        yield "front_bound", caption, lambda: plots.front(front, bound=bound, **as_wide)[0].figure
+        if count == 2 and isinstance(
+            knee.trajectory, ComposedBatch
+        ):  # along a path squares fall with a high power of time
+            yield "front_bound", caption, lambda: plots.fronts({"front": front}, bound=bound, **as_wide).figure
+        else:
+            yield "front_bound", caption, lambda: plots.front(front, bound=bound, **as_wide)[0].figure
     yield (
         "profiles",
         "Joint motion of the knee inside its limits (dashed)",

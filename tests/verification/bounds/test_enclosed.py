@@ -11,7 +11,7 @@ from trajevo.trajectory.interpolants import (
     SepticSpline,
     SinglePolynomial,
 )
-from trajevo.verification.bounds.enclosed import Enclosed, solved, stacked
+from trajevo.verification.bounds.enclosed import Enclosed, stacked
 from trajevo.verification.bounds.pieces import Times
 from trajevo.verification.bounds.shapes import shape_of
 
@@ -25,16 +25,21 @@ KINDS = {
 }
 
 
-def at(points):
+#: Kinds whose coefficients are enclosed; splines are near others, which test_cells.py covers.
+ENCLOSED = [kind for kind in KINDS if kind not in ("quintic", "septic")]
+
+
+def at(points, degree=None):
     """Logarithms of ratios as boxes that are points."""
-    return Times(points, points, points=True)
+    return Times(points, points, points=True, degree=degree)
 
 
 def expression(times):
-    """Sums, products, powers and a linear system of segment times, (B, 2)."""
+    """Sums, products and powers of segment times, (B, 2)."""
     a, b, c = (times.product({k: 1.0, 1: -0.5}) for k in range(3))
-    rows = [stacked([a + c, b.times(0.3)]), stacked([b * c, times.total])]
-    return solved(stacked(rows, -2), stacked([a.to_power(2.0), times.share_of_others(1)]).shaped(-1))[:, 0]
+    over = (a * times.total + b * c).to_power(-1.0)
+    first = (a.to_power(2.0) * times.total - b.times(0.3) * times.share_of_others(1)) * over
+    return stacked([first, (b * c + a.to_power(0.5)) * over])
 
 
 @pytest.mark.parametrize("width", [1e-3, 0.02, 0.1])
@@ -64,15 +69,6 @@ def test_what_is_lost_falls_with_the_square_of_the_width():
     assert (lost[1] < lost[0] / 4.0).all()
 
 
-def test_a_matrix_that_may_be_singular_is_not_solved():
-    times = Times(np.array([[-0.5], [0.4]]), np.array([[0.5], [0.6]]))
-    one = times.product({})
-    matrix = stacked([stacked([one, one]), stacked([one, times.product({1: 1.0})])], -2)  # singular where d_1 = 1
-    found = solved(matrix, stacked([one, one]).shaped(-1))
-    assert np.isinf(found.radius[:, 0]).any()
-    assert np.isfinite(found.radius[:, 1]).all()
-
-
 def test_a_power_of_what_may_be_zero_is_not_known():
     times = Times(np.full((1, 1), -0.2), np.full((1, 1), 0.2))
     assert np.isnan((times.known(1.0) - times.product({1: 1.0})).to_power(0.5).low).all()
@@ -86,7 +82,8 @@ def test_pieces_are_those_of_the_interpolant(kind, count):
     rng = np.random.default_rng(count)
     interpolant = KINDS[kind](ViaPoints(rng.uniform(-1.0, 1.0, (count, 2))))
     ratios = rng.uniform(-0.5, 0.5, (20, count - 2))
-    pieces = shape_of(interpolant)(at(ratios))
+    shape = shape_of(interpolant)
+    pieces = shape(at(ratios, shape.degree))
     x = np.exp(np.concatenate([np.zeros((20, 1)), np.cumsum(ratios, axis=1)], axis=1))
     own, rates = interpolant(x), pieces.rates.middle[0]
     motion = own.sample(9)
@@ -103,11 +100,11 @@ def test_pieces_are_those_of_the_interpolant(kind, count):
         np.testing.assert_allclose(value, motion.q[:, k], atol=1e-7)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ENCLOSED)
 def test_coefficients_of_random_motions_are_inside(kind):
     rng = np.random.default_rng(3)
     shape = shape_of(KINDS[kind](ViaPoints(rng.uniform(-1.0, 1.0, (5, 2)))))
-    width, middle = (0.001 if kind == "septic" else 0.01), rng.uniform(-0.4, 0.4, (100, 3))
+    width, middle = 0.01, rng.uniform(-0.4, 0.4, (100, 3))
     found = shape(Times(middle - width, middle + width)).coefficients
     known = np.isfinite(found.over_box[1])
     assert known.mean() > 0.9

@@ -1,9 +1,11 @@
 """No time law along a path is faster: closed forms of straight lines, reachability, and every motion that is found."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
+from scipy.optimize import linprog
 
-from trajevo import GeometricPath, path_bound
+from trajevo import GeometricPath, load_robot, path_bound
 from trajevo.errors import InvalidInputError
 from trajevo.problems import PointingMechanism, TimeJerkReparameterisation
 from trajevo.verification.path_bounds.bound import PathQuestion, relaxation_of
@@ -85,6 +87,60 @@ def test_a_torque_limited_arm():
     found = problem.least_time().cost
     assert 0.9 * found < bound.least < found
     assert "effort" in bound.limited
+
+
+def test_a_ur5_under_torque_limits_against_reachability():
+    """Against controllable sets on dense stations (Pham and Pham 2018), each by a linear program of SciPy."""
+    problem = ur5_path()
+    bound, reached = path_bound(problem, stations=40), controllable(problem)
+    assert {"velocity", "acceleration", "effort"} <= set(bound.limited)
+    assert 0.97 * reached < bound.least < reached * (1.0 + 2e-3)
+
+
+def ur5_path():
+    """Six joints under torque limits, at accelerations that hardly bind."""
+    points = np.radians(
+        [
+            [0, -90, 60, -60, -90, 0],
+            [25, -75, 80, -80, -80, 20],
+            [50, -60, 95, -100, -70, 40],
+            [80, -70, 75, -90, -85, 30],
+            [100, -90, 50, -60, -90, 0],
+            [110, -100, 60, -50, -95, -20],
+        ]
+    )
+    robot = load_robot("ur5", tool="tool0", limits={"acceleration": 100.0, "jerk": np.inf})
+    return TimeJerkReparameterisation(path=points, robot=robot, effort=True, longest_time=20.0)
+
+
+def controllable(problem, count=201):
+    """Least time by the greatest squared speeds from which the end can be reached, then as fast as these allow."""
+    s = np.linspace(0.0, 1.0, count)
+    h, q, slope, bend = s[1], *(problem.path(s, order) for order in range(3))
+    robot, none = problem.robot, np.zeros_like(q)
+    model, data = robot.model, robot.model.createData()
+    held = np.array([pin.rnea(model, data, *row) for row in zip(q, none, none, strict=True)])
+    by_a = np.array([pin.rnea(model, data, *row) for row in zip(q, none, slope, strict=True)]) - held
+    by_b = np.array([pin.rnea(model, data, *row) for row in zip(q, slope, bend, strict=True)]) - held
+    limits, reach = robot.limits, 2.0 * h
+    A = np.concatenate([by_a, -by_a, slope, -slope], axis=1)
+    B = np.concatenate([by_b, -by_b, bend, -bend], axis=1)
+    free = np.broadcast_to(limits.acceleration, q.shape)
+    C = np.concatenate([limits.effort - held, limits.effort + held, free, free], axis=1)
+    with np.errstate(divide="ignore"):
+        most = ((limits.velocity / np.abs(slope)) ** 2).min(axis=1)
+    b = np.zeros(count)
+    for k in range(count - 2, -1, -1):  # next squared speed b + 2 h a from 0 to what is controllable there
+        rows = np.column_stack([A[k], B[k]]), [[reach, 1.0], [-reach, -1.0]]
+        limit = np.concatenate([C[k], [b[k + 1], 0.0]])
+        b[k] = linprog([0.0, -1.0], np.concatenate(rows), limit, bounds=[(None, None), (0.0, most[k])]).x[1]
+    b[0] = 0.0
+    for k in range(count - 1):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            a = np.where(A[k] > 0.0, (C[k] - B[k] * b[k]) / A[k], np.inf).min()
+        b[k + 1] = min(b[k + 1], b[k] + reach * a)
+    speed = np.sqrt(b)
+    return float((2.0 * h / (speed[1:] + speed[:-1])).sum())
 
 
 def test_any_multipliers_prove_a_bound():

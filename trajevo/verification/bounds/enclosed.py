@@ -2,9 +2,7 @@
 
 Every number is an interval, a middle and a radius, and every operation widens the radius by more than its own rounding
 can be. By Taylor's theorem a function lies, all over its box, between what its value and slopes at the middle and the
-interval of its second derivatives allow; what is lost falls with the square of the width. Linear systems are solved
-approximately and their solutions then enclosed, after Rump, S. M. (2010): Verification methods, Acta Numerica 19,
-287-449, doi 10.1017/S096249291000005X.
+interval of its second derivatives allow; what is lost falls with the square of the width.
 """
 
 from __future__ import annotations
@@ -25,9 +23,6 @@ ROUNDING, _UNDERFLOW = 2.0**-50, 1e-290
 
 #: Bound of the error of a power or a root as a share of it, sixteen times the last bit.
 _POWER = 2.0**-48
-
-#: How often second derivatives of solutions are enclosed again, by values and slopes that the last ones tightened.
-_TIGHTENED = 6
 
 #: Middles and radii.
 Ball = tuple[Array, Array]
@@ -131,7 +126,17 @@ class Enclosed:
         return self + (-other)
 
     def __mul__(self, other: Enclosed) -> Enclosed:
-        return _bilinear(self, other, _product)
+        n = self.n
+        one, two = (self.middle[0], self.radius[0]), (other.middle[0], other.radius[0])
+        value = _product(*one, *two)
+        parts = [(value[0][None], value[1][None])]
+        if n:
+            left, right = ((x.middle[1 : 1 + n], x.radius[1 : 1 + n]) for x in (self, other))
+            parts.append(_sum(_product(*one, *right), _product(*left, *two)))
+            bend, other_bend = ((x.middle[1 + n :], x.radius[1 + n :]) for x in (self, other))
+            outer = _sum(_product(*self.over_box, *other_bend), _product(*bend, *other.over_box))
+            parts.append(_sum(outer, _crossed(self.slopes_over_box, other.slopes_over_box, 1.0)))
+        return self._of(parts)
 
     def times(self, factor: Array | float) -> Enclosed:
         """Times known numbers, whose shape fits (B, ...)."""
@@ -149,9 +154,8 @@ class Enclosed:
             slope = _power(*self.over_box, exponent - 1.0, exponent)
             bend = _power(*self.over_box, exponent - 2.0, exponent * (exponent - 1.0))
             own = _product(*slope, self.middle[1 + n :], self.radius[1 + n :])
-            parts.append(
-                _sum(own, _product(*bend, *_crossed(self.slopes_over_box, self.slopes_over_box, _product, 0.5)))
-            )
+            crossed = _crossed(self.slopes_over_box, self.slopes_over_box, 0.5)
+            parts.append(_sum(own, _product(*bend, *crossed)))
         return self._of(parts)
 
     def through(self, matrix: Array) -> Enclosed:
@@ -178,11 +182,6 @@ class Enclosed:
     def shaped(self, *axes: int) -> Enclosed:
         """With new axes of length 1 at these places, counted from the last one."""
         return Enclosed(np.expand_dims(self.middle, axes), np.expand_dims(self.radius, axes), self.reach)
-
-    def before(self, matrix: Array) -> Enclosed:
-        """Matrices (B, m, m) that are known times those enclosed, (B, m, k)."""
-        middle, radius = _dot(matrix, np.zeros_like(matrix), self.middle, self.radius)
-        return Enclosed(middle, radius, self.reach)
 
     @property
     def influence(self) -> Array:
@@ -256,92 +255,11 @@ def joined(parts: Sequence[Function], axis: int) -> Function:
     return type(parts[0]).joined(parts, axis)
 
 
-def solved(matrix: Enclosed, drive: Enclosed) -> Enclosed:
-    """Solutions of linear systems (B, m, m) for drives (B, m, k); not known where a matrix in a box may be singular.
-
-    Both sides are first multiplied by an approximate inverse at the middle. With E ≥ |I - A|, solutions of A x = b
-    differ from any x₀ by at most a u ≥ E u + |b - A x₀|; a positive u for which this holds also proves that all
-    matrices of the box are regular. Slopes solve A x' = b' - A' x, and second derivatives
-    A x'' = b'' - A' x' - A' x' - A'' x.
-    """
-    with np.errstate(invalid="ignore", over="ignore"):  # of matrices of which nothing is known
-        return _solved(matrix, drive)
-
-
-def _solved(matrix: Enclosed, drive: Enclosed) -> Enclosed:
-    n, inverse = matrix.n, _inverse(matrix.middle[0])
-    A, b = matrix.before(inverse), drive.before(inverse)
-    at_middle = _Fixed.of(A.middle[0], A.radius[0])
-    x = at_middle.solved(b.middle[0], b.radius[0])
-    parts = [(x[0][None], x[1][None])]
-    if n:
-        loads = _less((b.middle[1 : 1 + n], b.radius[1 : 1 + n]), _dot(A.middle[1 : 1 + n], A.radius[1 : 1 + n], *x))
-        parts.append(at_middle.solved(*loads))
-        anywhere = _Fixed.of(*A.over_box)
-        value = anywhere.solved(*b.over_box)
-        slopes = anywhere.solved(*_less(b.slopes_over_box, _dot(*A.slopes_over_box, *value)))
-        own = (A.middle[1 + n :], A.radius[1 + n :])
-        for _ in range(_TIGHTENED):
-            crossed = _crossed(A.slopes_over_box, slopes, _dot, 1.0)
-            load = _less((b.middle[1 + n :], b.radius[1 + n :]), _sum(crossed, _dot(*own, *value)))
-            bends = anywhere.solved(*load)
-            tight = drive._of([*parts, bends])
-            value, slopes = _tighter(value, tight.over_box), _tighter(slopes, tight.slopes_over_box)
-        parts.append(bends)
-    return drive._of(parts)
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class _Fixed:
-    """Matrices near the identity, with what encloses the solutions of their systems."""
-
-    middle: Array
-    radius: Array
-    spread: Array
-    inverse: Array
-    approximate: Array
-
-    @classmethod
-    def of(cls, middle: Array, radius: Array) -> _Fixed:
-        one = np.eye(middle.shape[-1])
-        spread = np.abs(one - middle) + radius + ROUNDING
-        spread = np.where(np.isfinite(spread), spread, 2.0)
-        return cls(middle, radius, spread, _inverse(one - spread), _inverse(middle))
-
-    def solved(self, b: Array, unsure: Array) -> Ball:
-        """Solutions for drives (..., B, m, k); their radius is inf where nothing is proven."""
-        x = self.approximate @ b
-        image = _dot(self.middle, self.radius, x, np.zeros_like(x))
-        rest = b - image[0]
-        apart = (np.abs(rest) + _wider(unsure + image[1], b)) * (1.0 + 1e-9) + 1e-200
-        radius = self.inverse @ (apart * (1.0 + 1e-6))
-        grown = (self.spread @ radius) * (1.0 + (b.shape[-2] + 4) * ROUNDING) + apart
-        with np.errstate(invalid="ignore"):
-            proven = ((radius > 0.0) & (grown <= radius)).all(axis=(-2, -1), keepdims=True)
-        return x, np.where(proven, radius, np.inf)
-
-
-def _bilinear(a: Enclosed, b: Enclosed, product: Any) -> Enclosed:
-    """Any product that is linear in both factors."""
-    n = a.n
-    one, two = (a.middle[0], a.radius[0]), (b.middle[0], b.radius[0])
-    value = product(*one, *two)
-    parts = [(value[0][None], value[1][None])]
-    if n:
-        left, right = ((x.middle[1 : 1 + n], x.radius[1 : 1 + n]) for x in (a, b))
-        parts.append(_sum(product(*one, *right), product(*left, *two)))
-        bend_a, bend_b = ((x.middle[1 + n :], x.radius[1 + n :]) for x in (a, b))
-        outer = _sum(product(*a.over_box, *bend_b), product(*bend_a, *b.over_box))
-        parts.append(_sum(outer, _crossed(a.slopes_over_box, b.slopes_over_box, product, 1.0)))
-    return a._of(parts)
-
-
-def _crossed(a: Ball, b: Ball, product: Any, factor: float) -> Ball:
+def _crossed(a: Ball, b: Ball, factor: float) -> Ball:
     """a_k b_m + a_m b_k for all pairs of variables, times a factor."""
     n = len(a[0])
     found = [
-        _sum(product(a[0][k], a[1][k], b[0][m], b[1][m]), product(a[0][m], a[1][m], b[0][k], b[1][k]))
+        _sum(_product(a[0][k], a[1][k], b[0][m], b[1][m]), _product(a[0][m], a[1][m], b[0][k], b[1][k]))
         for k, m in pairs(n)
     ]
     middle, radius = np.stack([f[0] for f in found]), np.stack([f[1] for f in found])
@@ -355,32 +273,6 @@ def _fall(slope: Array, bend: Array, reach: Array) -> Array:
     return np.asarray(where * (slope - 0.5 * bend * where))
 
 
-def _tighter(a: Ball, b: Ball) -> Ball:
-    """For each entry the interval that is narrower."""
-    with np.errstate(invalid="ignore"):
-        first = a[1] <= b[1]
-    return np.where(first, a[0], b[0]), np.where(first, a[1], b[1])
-
-
-def _inverse(matrices: Array) -> Array:
-    """Inverses that need not be accurate; 0 where there is none."""
-    safe = np.where(np.isfinite(matrices).all(axis=(-2, -1), keepdims=True), matrices, 0.0)
-    try:
-        return np.asarray(np.linalg.inv(safe))
-    except np.linalg.LinAlgError:
-        found = np.zeros_like(safe)
-        regular = np.abs(np.linalg.det(safe)) > 0.0
-        found[regular] = np.linalg.inv(safe[regular])
-        return found
-
-
-def _dot(a: Array, wide: Array, b: Array, unsure: Array) -> Ball:
-    """Product of matrices of intervals."""
-    size, rounding = np.abs(b), (a.shape[-1] + 4) * ROUNDING
-    radius = np.abs(a) @ (unsure + rounding * size) + wide @ (size + unsure)
-    return a @ b, radius * (1.0 + rounding) + _UNDERFLOW
-
-
 def _product(a: Array, wide: Array, b: Array, unsure: Array) -> Ball:
     middle = a * b
     return middle, _wider(np.abs(a) * unsure + wide * (np.abs(b) + unsure), middle)
@@ -388,11 +280,6 @@ def _product(a: Array, wide: Array, b: Array, unsure: Array) -> Ball:
 
 def _sum(a: Ball, b: Ball) -> Ball:
     middle = a[0] + b[0]
-    return middle, _wider(a[1] + b[1], middle)
-
-
-def _less(a: Ball, b: Ball) -> Ball:
-    middle = a[0] - b[0]
     return middle, _wider(a[1] + b[1], middle)
 
 

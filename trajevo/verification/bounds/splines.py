@@ -11,7 +11,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen
 from trajevo.trajectory.interpolants.hermite import hermite_matrix
-from trajevo.verification.bounds.enclosed import Enclosed, joined, solved, stacked
+from trajevo.verification.bounds.enclosed import Enclosed, joined, stacked
 from trajevo.verification.bounds.pieces import Apart, ShapePieces, Times
 from trajevo.verification.bounds.series import near_solution
 
@@ -37,11 +37,9 @@ class OddSpline:
         return _WIDEST[self.r]
 
     def __call__(self, times: Times) -> ShapePieces:
-        """Pieces near the spline and how far it can be from them; without a degree, enclosures of the spline itself."""
-        inner, joints = times.segments - 1, self.positions.shape[1]
-        if not inner or times.degree is None:
-            rows = solved(*self._system(times)) if inner else times.known(np.zeros((0, joints)))
-            return self._pieces(rows, times)
+        """Pieces near the spline and how far it can be from them; times must be series."""
+        if times.segments == 1:
+            return self._pieces(times.known(np.zeros((0, self.positions.shape[1]))), times)
         pieces = self._pieces(near_solution(*self._system(times)), times)
         return replace(pieces, apart=self._apart(pieces, times))
 

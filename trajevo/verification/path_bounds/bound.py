@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -15,6 +16,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.path.curve import GeometricPath
 from trajevo.trajectory.bernstein import gauss
+from trajevo.trajectory.interpolants import LinearReparameterisation, Reparameterisation
 from trajevo.verification.path_bounds.cells import PathCells
 from trajevo.verification.path_bounds.program import Round, rounds
 from trajevo.verification.path_bounds.relaxation import Relaxation
@@ -89,13 +91,19 @@ class PathQuestion:
         """That of a problem along a fixed path; limits of other quantities do not count, so that the bound holds.
 
         Raises:
-            InvalidInputError: the problem is not along a fixed path, or the path has corners.
+            InvalidInputError: the problem is not along a fixed path, its time law is fixed, or the path has corners.
         """
-        path: Any = getattr(problem, "path", None)
-        if not isinstance(path, GeometricPath):
+        runs: Any = problem.interpolant
+        if isinstance(runs, LinearReparameterisation):
+            raise InvalidInputError(
+                "problem: expected a time law that is free, such as interpolant='bspline', got u = t / T, whose path "
+                "itself is at rest at both ends"
+            )
+        if not isinstance(runs, Reparameterisation):
             raise InvalidInputError(
                 f"problem: expected one along a fixed path, such as 'reparam', got {type(problem).__name__}"
             )
+        path = runs.path
         if path.order < _LEAST_ORDER:
             raise InvalidInputError(f"path: expected a curve of order {_LEAST_ORDER} at least, got {path.order}")
         held = {constraint.quantity for constraint in problem.constraints}
@@ -139,34 +147,82 @@ def path_bound(
         InvalidInputError: the problem is not along a fixed path, a weight is negative or not finite, or the number of
             stations is not between 10 and 5000; or nothing limits the speed along some part of the path.
     """
-    weights = tuple(
-        _weight(value, name) for name, value in (("square_jerk", square_jerk), ("square_effort", square_effort))
-    )
+    weights = _weight(square_jerk, "square_jerk"), _weight(square_effort, "square_effort")
     if isinstance(stations, bool) or not isinstance(stations, int) or not _FEWEST <= stations <= _MANY:
         raise InvalidInputError(f"stations: expected a whole number from {_FEWEST} to {_MANY}, got {stations!r}")
     question = PathQuestion.of(problem)
     began = clock.process_time()
-    with one_blas_thread():
-        unit = _usual_time(question, *weights)
-        speeds, done = None, 0
-        for count in ([stations // 4] if stations >= _COARSE else []) + [stations]:
-            relaxation = relaxation_of(question, count, unit, *weights)
-            best, tried = _best(relaxation, speeds)
-            done += tried
-            cells = relaxation.cells
-            middles = 0.5 * (cells.stations[:-1] + cells.stations[1:])
-            speeds = middles, best.speeds
+    solved = solved_at(question, stations, weights)
+    if not np.isfinite(solved.least):
+        raise InvalidInputError(
+            "stations: no bound was found; expected limits of velocity or acceleration of an axis that moves "
+            "everywhere along the path, or more stations"
+        )
     return PathBound(
-        least=best.proven * unit,
+        least=solved.least,
         square_jerk=weights[0],
         square_effort=weights[1],
         limited=question.limited,
-        stations=cells.count,
-        rounds=done,
+        stations=len(solved.places),
+        rounds=solved.rounds,
         cpu_seconds=clock.process_time() - began,
-        places=frozen(middles),
-        speeds=frozen(best.speeds / unit),
+        places=frozen(solved.places),
+        speeds=frozen(solved.speeds),
     )
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """What programs of one weighted sum prove.
+
+    Attributes:
+        least: the bound [s]; -inf if nothing is proven.
+        places: middles of the cells, shape (C,) [1].
+        speeds: speeds ds/dt with which the relaxed law passes them, shape (C,) [1/s].
+        rounds: number of programs.
+    """
+
+    least: float
+    places: Array
+    speeds: Array
+    rounds: int
+
+    __repr__ = brief
+
+
+def solved_at(
+    question: PathQuestion,
+    stations: int,
+    weights: tuple[float, float],
+    *,
+    known: tuple[Array, Array] | None = None,
+    over: Callable[[], bool] = lambda: False,
+) -> Solved:
+    """Programs of a weighted sum, a coarse one first if no speeds are known and there are many cells.
+
+    Args:
+        question: the path and its limits.
+        stations: number of cells.
+        weights: those of squared jerk and squared effort.
+        known: places (P,) and speeds there (P,) [1/s] near which speeds are tried first; None if nothing is known.
+        over: is asked after each program but the first; once it is true, what is proven by then is the bound.
+    """
+    with one_blas_thread():
+        unit = _usual_time(question, *weights)
+        speeds, done, least = None if known is None else (known[0], known[1] * unit), 0, -np.inf
+        for count in ([stations // 4] if known is None and stations >= _COARSE else []) + [stations]:
+            relaxation = relaxation_of(question, count, unit, *weights)
+            best, tried = _best(relaxation, speeds, over)
+            done += tried
+            cells = relaxation.cells
+            middles = 0.5 * (cells.stations[:-1] + cells.stations[1:])
+            if best is not None:
+                least, speeds = max(least, best.proven * unit), (middles, best.speeds)
+            if over():
+                break
+    at = np.ones(len(middles)) if speeds is None else np.interp(middles, *speeds)
+    return Solved(least, middles, at / unit, done)
 
 
 def relaxation_of(
@@ -191,21 +247,22 @@ def relaxation_of(
     )
 
 
-def _best(relaxation: Relaxation, speeds: tuple[Array, Array] | None) -> tuple[Round, int]:
-    """The round that proves most, and the number of rounds."""
+def _best(
+    relaxation: Relaxation, speeds: tuple[Array, Array] | None, over: Callable[[], bool]
+) -> tuple[Round | None, int]:
+    """The round that proves most, None if no program is solved, and the number of rounds."""
     best, count = None, 0
     for found in rounds(relaxation, _ROUNDS, speeds):
         count += 1
         grown = np.inf if best is None else found.proven - best.proven
         if best is None or grown > 0.0:
             best = found
-        if abs(grown) < _TOLERANCE * abs(best.proven) or found.most - found.proven < _TOLERANCE * abs(best.proven):
+        if (
+            over()
+            or abs(grown) < _TOLERANCE * abs(best.proven)
+            or abs(found.most - found.proven) < _TOLERANCE * abs(best.proven)
+        ):
             break
-    if best is None or not np.isfinite(best.proven):
-        raise InvalidInputError(
-            "stations: no bound was found; expected limits of velocity or acceleration of an axis that moves "
-            "everywhere along the path, or more stations"
-        )
     return best, count
 
 

@@ -25,6 +25,12 @@ _OF_KNOWN = (0.7, 0.9, 1.0, 1.1, 1.4)
 #: Tangents of a price tried first, as shares of what is usual or allowed.
 _TANGENTS = (-1.0, -0.5, -0.2, -0.05, 0.05, 0.2, 0.5, 1.0)
 
+#: The best multiplier of an effort is twice the weight times effort / z, which grows where a motion comes to rest:
+#: the greatest effort / z, as a share of the effort's unit, and tangents of the price tried first. It is a square, of
+#: which tangents far apart tell nothing.
+_MOST_EFFORT = 512.0
+_EFFORT_TANGENTS = (0.02, 0.05, 0.1, 0.2, 0.35, 0.6, *(2.0**k for k in range(10)))
+
 #: What a program may at most make of a multiplier in its own scale; keeps programs bounded.
 _MOST = 1e4
 
@@ -233,6 +239,9 @@ class _Program:
         bounds = np.stack([np.zeros(self.total), np.full(self.total, _MOST)], axis=1)
         for name in ("jerk", "slope", "effort", "share"):
             bounds[self.columns[name], 0] = -_MOST
+        if self.joints:
+            most = 2.0 * given.effort_weight * _MOST_EFFORT * self.row_unit[self.n :] ** 2
+            bounds[self.columns["effort"]] = np.stack([-most, most], axis=-1)
         none = ~given.jerk_counts
         for name in ("jerk", "slope", "price", "middle"):
             bounds[self.columns[name][:, none]] = 0.0
@@ -262,7 +271,7 @@ class _Program:
                     size = len(self.columns[name])
                     yield self._price_cut(name, int(axis), np.full(size, share), np.arange(size))
         for joint in range(self.joints):
-            for share in _TANGENTS:
+            for share in (*(-x for x in _EFFORT_TANGENTS), *_EFFORT_TANGENTS):
                 yield self._effort_cut(joint, np.full(self.stations, share), np.arange(self.stations))
         most = [(np.arange(self.cells)[:, None], self.columns["middle"], 1.0)]
         yield self._matrix(most, self.cells), np.ones(self.cells), None

@@ -1,1 +1,0 @@
-"""Commands that bound fronts from below."""
