@@ -18,7 +18,7 @@ from trajevo.verification.path_bounds.bound import PathQuestion, solved_at
 from trajevo.verification.path_bounds.weighted_sums import WeightedSums
 
 #: Number of weights at first besides 0, and of stations at first and at most.
-_WEIGHTS, _STATIONS, _MOST_STATIONS = 3, 25, 800
+_WEIGHTS, _STATIONS, _MOST_STATIONS = 12, 25, 800
 
 #: Share of the gap that another weight, or twice the stations, has to promise or to have brought.
 _WORTH = 0.04
