@@ -103,7 +103,8 @@ class TimeJerkReparameterisation(TrajectoryProblem):
         quadrature: quadrature of F₂, ``"gauss"`` (exact) or ``"trapezoid"`` (the paper's (29)).
         control_points: number of control points of u(t). With more than 40, a search begins with the fastest motion and
             those of the least jerk in longer times, found by convex programs, and takes 2 generations without polish
-            unless told otherwise; not with ``limits="hull"``.
+            unless told otherwise; not with ``limits="hull"``. Where effort is limited, half of the first population
+            is found in this way, whatever their number.
         order: order of u(t).
         tolerance: share by which a tight bound may exceed the true peak.
         effort: also limit the joints' torques or forces, at the samples or certified; not with ``encoding="shape"``.
@@ -233,10 +234,10 @@ class TimeJerkReparameterisation(TrajectoryProblem):
         return least_time_of(self, self._optimum)
 
     def known_good(self, size: int) -> Array:
-        """Motions from the least to the longest time by convex programs, where u(t) has more than 40 control points."""
-        if not self._many or self._optimum is None:
+        """Motions from the least to the longest time by convex programs, under limits of effort or of many points."""
+        if self._optimum is None or not (self._many or self._optimum.effort):
             return super().known_good(size)
-        return known_motions(self, self._optimum, size)
+        return known_motions(self, self._optimum, size if self._many else max(size // 2, 1))
 
     @property
     def _many(self) -> bool:

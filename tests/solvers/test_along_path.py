@@ -210,6 +210,18 @@ def test_the_jerk_of_few_control_points_is_not_below_that_of_many(puma, path):
         assert slowed[times <= time].min() <= 1.02 * jerk
 
 
+def test_few_control_points_begin_with_programs_where_efforts_are_limited(puma, path):
+    problem = along(path, puma, effort=True, limits="certified")
+    known = problem.known_good(8)
+    assert len(known) == 4
+    assert (problem.evaluate(known[:1], return_values_of=["F", "G"])[1] <= 0.0).all()
+    random = np.random.default_rng(1).uniform(problem.xl, problem.xu, (50, problem.n_var))
+    F, G = problem.evaluate(random, return_values_of=["F", "G"])
+    times = problem.evaluate(known, return_values_of=["F", "G"])[0][:, 0]
+    assert times[0] < F[(G <= 0.0).all(axis=1), 0].min(initial=np.inf)
+    assert (np.diff(times) > 0.0).all()
+
+
 def test_few_control_points_begin_as_before():
     problem = TimeJerkReparameterisation()
     assert problem.known_good(10).shape == (0, problem.n_var)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from tests.helpers import refused
-from trajevo import ViaPointProblem, largest_payload, load_task, max_payload_problem
+from trajevo import ViaPointProblem, largest_payload, load_task, max_payload_problem, optimise
 from trajevo.formulation.problem import Weights
 from trajevo.solvers.gradient import weighted_sum
-from trajevo.solvers.gradient.exchange import exchanged, proves
+from trajevo.solvers.gradient.exchange import exchanged, proves, slower, stretching_times
 from trajevo.solvers.gradient.sqp import OutOfEvaluations, WeightedSum, greatest_excess
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted
 
@@ -80,3 +80,33 @@ def test_a_run_evaluates_no_more_than_it_may(panda):
         with pytest.raises(OutOfEvaluations):
             search.run(start, 1e-9)
         assert search.evaluations - before == 4
+
+
+@pytest.fixture(scope="module")
+def a_little_too_fast(panda):
+    """A problem, and a motion that breaks its limits and keeps them when its times are 5 % longer."""
+    front = optimise(panda, seed=1, population=20, generations=3, polish=False, progress=False)
+    kept = front.X[front.F[:, 0].argmin()]
+    while greatest_excess(panda, faster(panda, kept, 1.05)) <= 0.0:
+        kept = faster(panda, kept, 1.05)
+    return faster(panda, kept, 1.05)
+
+
+def faster(problem, x, factor):
+    return np.where(stretching_times(problem), x / factor, x)
+
+
+def test_slowing_down_stretches_all_times_by_as_little_as_it_takes(panda, a_little_too_fast):
+    kept = slower(panda, a_little_too_fast)
+    assert greatest_excess(panda, kept) <= 0.0
+    assert slower(panda, kept) is kept
+    factors = (kept / a_little_too_fast)[stretching_times(panda)]
+    np.testing.assert_allclose(factors, factors[0], rtol=1e-12)
+    np.testing.assert_array_equal(kept[~stretching_times(panda)], a_little_too_fast[~stretching_times(panda)])
+    assert 1.0 < factors[0] <= 1.05 * 1.01
+    assert greatest_excess(panda, faster(panda, kept, 1.01)) > 0.0
+
+
+def test_a_search_that_is_stopped_keeps_what_slowing_down_has_found(panda, a_little_too_fast):
+    found = exchanged(panda, np.eye(panda.n_obj)[0], a_little_too_fast, 1e-6, stop=lambda _: True)
+    np.testing.assert_array_equal(found, slower(panda, a_little_too_fast))

@@ -48,7 +48,9 @@ def test_a_plain_statement_finds_what_the_problem_finds(name):
     plain = [statement.evaluate(x) for x in X]
     own_F, own_G = (np.stack(values) for values in zip(*plain, strict=True))
     exact = [k for k, objective in enumerate(problem.objective_names) if objective not in OF_EFFORTS]
-    np.testing.assert_allclose(own_F[:, exact], F[:, exact], rtol=1e-9)
+    # Where true extremes set the least time, the problem's are bounds that lie up to a tolerance above.
+    above = problem.settings.get("tolerance", 0.0) if problem.settings.get("limits") == "certified" else 0.0
+    np.testing.assert_allclose(own_F[:, exact], F[:, exact], rtol=max(1e-9, 6.0 * above))
     assert own_G.shape == G.shape
     np.testing.assert_array_equal((own_G <= 0.0).all(axis=1), (G <= 0.0).all(axis=1))
     assert (G[4:] <= 0.0).all()

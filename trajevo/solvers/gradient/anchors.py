@@ -18,7 +18,7 @@ from trajevo.base.arrays import Array
 from trajevo.base.sampling import sobol
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.solvers.gradient.batch_sqp import Lockstep
-from trajevo.solvers.gradient.exchange import at_samples, exchanged, proves
+from trajevo.solvers.gradient.exchange import at_samples, exchanged, proves, slower, stretching_times
 from trajevo.solvers.gradient.passings import Passings
 from trajevo.solvers.gradient.scaling import Columns, Scaled
 from trajevo.solvers.gradient.sqp import MARGIN, OutOfEvaluations, WeightedSum, greatest_excess, with_objectives
@@ -116,7 +116,8 @@ class AnchorSearch:
         stop: called before every step with the number of gradients and of other evaluations so far; the search ends if
             it returns True.
         early: called with the end of the best start before anything is kicked, shape (n_var,): often it is the least
-            already, and to look for a better one takes most of the time. If None, nothing is ended for it.
+            already, and to look for a better one takes most of the time. Before that it is called with what leads
+            there, slowed down until it keeps the limits. If None, nothing is ended for it.
     """
 
     def __init__(
@@ -159,7 +160,8 @@ class AnchorSearch:
                 ends, values = [*ends, end], [*values, float(np.log(self._cost(end)))]
                 if values[-1] <= merit[k] + (_PROVEN if proves(self._problem) else _GAIN):
                     break
-        found = ends[int(np.argmin(values))] if ends else self._ended(best)
+        found = ends[int(np.argmin(values))] if ends else slower(self._problem, self._scaled.outside(y[:1])[0])
+        found = self._ended(best) if found is None else found
         others = self._scaled.outside(y[self._valleys(y, merit, _TOLD_VALLEYS)[1:]])
         return self._found(found, len(y), int((merit <= merit[0] + _SAME).sum()), others)
 
@@ -263,6 +265,7 @@ class AnchorSearch:
             run.run(
                 going, np.full(count, _SETTLED), lambda: self._stop(self._scaled.gradients, self._scaled.evaluations)
             )
+            self._tell(self._scaled.outside(run.y[[run.merit_at(_PRICE).argmin()]])[0])
         order = run.merit.argsort(kind="stable")
         return run.y[order], run.merit[order]
 
@@ -273,6 +276,7 @@ class AnchorSearch:
             end = self._ended_at_samples(x, margin) if end is None else end
         if end is None or not proves(self._problem) or greatest_excess(self._problem, end) <= 0.0:
             return end
+        self._tell(end)
         try:
             return exchanged(self._problem, self._weights, end, _TOLERANCE, stop=self._stopped)
         except OutOfEvaluations:
@@ -296,6 +300,12 @@ class AnchorSearch:
                 return at
         return None
 
+    def _tell(self, x: Array) -> None:
+        """Tell early of a point near an end, which may exceed a limit: on the same path, as slow as it must be."""
+        slow = None if self._early is None else slower(self._problem, x)
+        if self._early is not None and slow is not None:
+            self._early(slow)
+
     def _stopped(self, _: int) -> bool:
         if self._stop(self._scaled.gradients + self._gradients, self._scaled.evaluations):
             return True
@@ -308,6 +318,6 @@ def slowed(scaled: Scaled, problem: TrajectoryProblem, x: Array) -> Array:
 
     The end of an anchor may lie far from the front that evolution has found; its slower copies begin to fill the gap.
     """
-    times = np.array([variable.unit == "s" and variable.lower > 0.0 for variable in problem.variables])
+    times = stretching_times(problem)
     later = np.where(times, np.log(_SLOWER), 0.0) * np.arange(_COPIES + 1 if times.any() else 1)[:, None]
     return np.clip(scaled.inside(x[None]) + later, *scaled.bounds)

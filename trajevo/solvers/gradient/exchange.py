@@ -2,7 +2,8 @@
 
 The proven excess of an effort or of the tool's speed has kinks wherever its peak moves to another instant, at which a
 gradient solver takes hundreds of small steps. At samples it takes tens. What the proof then finds above a limit is
-taken off that limit at the samples, and the search goes on from where it ended.
+mended by a slightly slower motion on the same path. Where that costs too much, or no slower motion keeps the limit, the
+excess is taken off the limit at the samples, and the search goes on from where it ended.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import copy
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import final
 
 import numpy as np
 
@@ -18,7 +20,7 @@ from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.problem import TrajectoryProblem
-from trajevo.solvers.gradient.sqp import WeightedSum, greatest_excess, with_objectives
+from trajevo.solvers.gradient.sqp import OutOfEvaluations, WeightedSum, greatest_excess, with_objectives
 
 #: How often limits are tightened until the proof succeeds, and how often the room is halved again towards the last
 #: one at which it did not.
@@ -32,6 +34,12 @@ _FINER = 4
 
 #: Change of the cost, as a share, that ends the halving.
 _SETTLED = 1e-6
+
+#: Rise of the cost, as a share, that slowing down may bring: limits that are tightened could gain no more.
+_NEARLY = 1e-4
+
+#: Least share by which a motion is slowed down, how often that is doubled, and how finely the last doubling is divided.
+_STEP, _DOUBLINGS, _BETWEEN = 1e-5, 16, 8
 
 
 def proves(problem: TrajectoryProblem) -> bool:
@@ -69,34 +77,111 @@ def exchanged(
         A decision vector (n_var,) that keeps every limit by the problem's own test; None if none is found in this way.
 
     Raises:
-        OutOfEvaluations: the search was stopped.
+        OutOfEvaluations: the search was stopped before it found one.
     """
     problem, weights = _finer(with_objectives(problem, weights != 0.0)), weights[weights != 0.0]
+    best = _Best(problem, weights)
+    best.look(start)
+    try:
+        _exchange(best, start, tolerance, stop)
+    except OutOfEvaluations:
+        if best.x is None:
+            raise
+    return best.x
+
+
+def slower(problem: TrajectoryProblem, x: Array) -> Array | None:
+    """A motion, or the same slowed down as little as it takes to keep every limit, if that is a third at most.
+
+    Args:
+        problem: a problem, whose own test decides.
+        x: decision vector, shape (n_var,).
+
+    Returns:
+        A decision vector (n_var,) whose times are longer by one factor, as far as bounds allow; None if none keeps the
+        limits, as where the robot cannot hold itself.
+    """
+    if greatest_excess(problem, x) <= 0.0:
+        return x
+    times = stretching_times(problem)
+    if not times.any():
+        return None
+    shares, before = _STEP * 2.0 ** np.arange(_DOUBLINGS), 0.0
+    found = None
+    for _ in range(2):
+        X = np.minimum(np.where(times, x * (1.0 + shares[:, None]), x), problem.xu)
+        good = np.flatnonzero((problem.evaluate(X, return_values_of=["F", "G"])[1] <= 0.0).all(axis=1))
+        if not len(good):
+            break
+        first = int(good[0])
+        found, before, share = X[first], shares[first - 1] if first else before, shares[first]
+        shares = np.linspace(before, share, _BETWEEN + 1)[1:-1]
+    return found
+
+
+def stretching_times(problem: TrajectoryProblem) -> Array:
+    """Which variables are times with positive bounds, shape (n_var,)."""
+    return np.array([variable.unit == "s" and variable.lower > 0.0 for variable in problem.variables])
+
+
+@final
+class _Best:
+    """The cheapest decision vector so far that keeps every limit, as it was found or slowed down.
+
+    Args:
+        problem: the problem, with the objectives that play a part.
+        weights: their weights, shape (n_obj,).
+
+    Attributes:
+        problem: the problem.
+        weights: the weights.
+        x: the decision vector, shape (n_var,), or None.
+        cost: its cost.
+    """
+
+    def __init__(self, problem: TrajectoryProblem, weights: Array) -> None:
+        self.problem, self.weights = problem, weights
+        self.x: Array | None = None
+        self.cost = np.inf
+
+    def look(self, x: Array) -> float:
+        """Look at a decision vector (n_var,); returns its cost as it is."""
+        own, kept = self._cost(x), slower(self.problem, x)
+        if kept is not None:
+            cost = own if kept is x else self._cost(kept)
+            if cost < self.cost:
+                self.x, self.cost = kept, cost
+        return own
+
+    def _cost(self, x: Array) -> float:
+        return float(self.problem.evaluate(x[None], return_values_of=["F", "G"])[0][0] @ self.weights)
+
+
+def _exchange(best: _Best, start: Array, tolerance: float, stop: Callable[[int], bool] | None) -> None:
+    """Solve at samples and tighten limits until the proof holds, nearly without cost; keep the best on the way."""
+    problem, weights = best.problem, best.weights
     few, rooms, x = np.zeros(len(problem.constraints)), np.zeros(len(problem.constraints)), start
     for _ in range(_TIGHTENED):
         x, kept = _ended(_tightened(problem, rooms), weights, x, tolerance, stop)
-        excess = _by_constraint(problem, x)
-        if not kept:
-            return None
+        cost, excess = best.look(x), _by_constraint(problem, x)
+        if not kept or best.cost - cost <= _NEARLY * abs(cost):
+            return
         if (excess <= 0.0).all():
             break
         few, rooms = rooms, rooms + np.where(excess > 0.0, np.maximum(_MORE * excess, _LEAST), 0.0)
     else:
-        return None
+        return
     # The excess of what is not decided may be a coarse bound, so that more was taken off than the proof needs.
-    best, least = x, _cost(problem, weights, x)
     for _ in range(_HALVED if rooms.any() else 0):
-        middle = 0.5 * (few + rooms)
-        x, kept = _ended(_tightened(problem, middle), weights, best, tolerance, stop)
+        middle, before = 0.5 * (few + rooms), best.cost
+        x, kept = _ended(_tightened(problem, middle), weights, x, tolerance, stop)
         if not kept or greatest_excess(problem, x) > 0.0:
             few = middle
             continue
-        rooms, before, cost = middle, least, _cost(problem, weights, x)
-        if cost < least:
-            best, least = x, cost
-        if before - cost <= _SETTLED * abs(before):
+        rooms = middle
+        best.look(x)
+        if before - best.cost <= _SETTLED * abs(before):
             break
-    return best
 
 
 def _finer(problem: TrajectoryProblem) -> TrajectoryProblem:
@@ -117,10 +202,6 @@ def _ended(
     search = WeightedSum(tightened.in_terms(), weights, excess=partial(greatest_excess, tightened), stop=stop)
     x = search.run(start, tolerance)
     return x, greatest_excess(tightened, x) <= 0.0
-
-
-def _cost(problem: TrajectoryProblem, weights: Array, x: Array) -> float:
-    return float(problem.evaluate(x[None], return_values_of=["F", "G"])[0][0] @ weights)
 
 
 def _by_constraint(problem: TrajectoryProblem, x: Array) -> Array:

@@ -22,6 +22,9 @@ _ANCHOR_STEPS, _ANCHOR_TOLERANCE = 150, 1e-9
 #: The same for other members.
 _STEPS, _TOLERANCE = 30, 1e-3
 
+#: Steps after which members are added on their way, where what is good counts early.
+_NOTED = 4
+
 #: How often an anchor is started again from its own end.
 _ANCHOR_RESTARTS = 4
 
@@ -99,7 +102,7 @@ class Refinement:
         self._original, self._problem, self._seed, self._stop = front, problem, seed, stop
         self.archive = Archive(problem.n_var, problem.n_obj, problem.n_ieq_constr)
         self.archive.add(front.X, front.F, front.G)
-        self.refined = self._evaluations = 0
+        self.refined = self._evaluations = self._steps = 0
         self.anchors: list[Anchor] = []
         self._early, self._many_valleys, self._slower = early, False, np.empty((0, 0))
         weights = front.paper_weights
@@ -143,10 +146,18 @@ class Refinement:
             radius=0.5 if number == 0 else _NEAR,
             restarts=restarts + self._many_valleys,
         )
-        run.run(steps, tolerance, lambda: self._stop(self.cost, _UNTIL_ANCHORED if anchors else _UNTIL_REFINED))
+        until = _UNTIL_ANCHORED if anchors else _UNTIL_REFINED
+        run.run(steps, tolerance, lambda: self._noted(run) or self._stop(self.cost, until))
         self._finish(run, y)
         if anchors and exact:
             self._end_anchors(run.converged[: f.shape[1]], elsewhere)
+
+    def _noted(self, run: Lockstep) -> bool:
+        """Where what is good counts early, add what every few steps have come to; never a reason to stop."""
+        self._steps += 1
+        if self._early and self._steps % _NOTED == 0:
+            self._add(run.safe)
+        return False
 
     def _starts(self, members: int, number: int) -> tuple[Array, Array]:
         """Members and points of gaps to be refined in a round, in scaled variables (M, n_var), and their columns."""

@@ -1,6 +1,7 @@
 """Motions along a fixed path, one decision vector at a time: SciPy's B-splines s(u) and u(t), and bounds as printed.
 
-Only bounds of Paing 2021, eqs. (20)-(25), and the trapezoidal rule, eq. (29), have a plain statement.
+Bounds are those of Paing 2021, eqs. (20)-(25), or the true extremes; of quadratures, the trapezoidal rule, eq. (29),
+has a plain statement. Efforts that the problem proves are looked at at more instants.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ from trajevo.study.bench.plain.curves import extremes, lobatto_shares, pieces_of
 #: Added to every rise, as by the problem, so that u(t) rises even where all rises are 0.
 _LEAST_RISE = 1e-12
 
+#: Instants in every piece at which efforts are checked that the problem proves.
+_DENSE = 25
+
 #: Coefficients of velocity and acceleration that meet in a term of eq. (25), from that of the jerk.
 _MEETING = ((0, 0), (1, 0), (1, 1), (2, 1))
 
@@ -39,6 +43,7 @@ class AlongPath:
         limits: limits of the axes.
         longest: longest time [s].
         intervals: intervals of the trapezoidal rule.
+        printed: whether velocities, accelerations and jerks are bounded as printed; else by their true extremes.
         quantities: what is limited, in the order of the constraints.
         arm: the robot with its payload, for efforts.
         shares: where efforts are sampled between the instants at which the polynomials of s(u(t)) change.
@@ -50,6 +55,7 @@ class AlongPath:
     limits: JointLimits
     longest: float
     intervals: int
+    printed: bool
     quantities: tuple[str, ...]
     arm: Arm
     shares: Array
@@ -61,12 +67,13 @@ class AlongPath:
         """The plain statement of a problem along a path.
 
         Raises:
-            InvalidInputError: other bounds, quadratures or variables.
+            InvalidInputError: other quadratures or variables.
         """
         runs: Any = problem.interpolant
         intervals = getattr(problem.objectives[1].function, "intervals", None)
-        if runs.bound != "hull" or runs.timing != "share" or intervals is None:
+        if getattr(runs, "timing", "") != "share" or intervals is None:
             raise InvalidInputError("interpolant: no plain statement of motions along a path but as printed")
+        proven = any(limit.quantity == "effort" and limit.proof != "samples" for limit in problem.constraints)
         path, count, order = runs.path, runs.control_points, runs.order
         inner = np.linspace(0.0, 1.0, count - order + 2)
         knots = np.concatenate([[0.0] * (order - 1), inner, [1.0] * (order - 1)])
@@ -78,15 +85,16 @@ class AlongPath:
             limits=problem.robot.limits,
             longest=runs.longest_time,
             intervals=intervals,
+            printed=runs.bound == "hull",
             quantities=tuple(limit.quantity for limit in problem.constraints),
             arm=Arm.of(problem.robot, problem.dynamics.payload),
-            shares=lobatto_shares(problem.dynamics.samples),
+            shares=lobatto_shares(_DENSE if proven else problem.dynamics.samples),
         )
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """Objectives (2,) and constraints (n_constr,) of a decision vector [SI]."""
         u = self._course(x)
-        bounds = self._bounds(u)
+        bounds = self._bounds(u) if self.printed else self._extremes(u)
         least = max(float((bound / self._most(name)).max() ** (1.0 / k)) for k, (name, bound) in enumerate(bounds, 1))
         duration = max(self.longest - (1.0 - x[-1]) * (self.longest - least), least)
         excess = {name: bound / duration**k / self._most(name) for k, (name, bound) in enumerate(bounds, 1)}
@@ -115,11 +123,41 @@ class AlongPath:
         found = [s1 * v, np.maximum.reduce(second), np.maximum.reduce(third)]
         return list(zip(("velocity", "acceleration", "jerk"), (bound.max(axis=1) for bound in found), strict=True))
 
-    def _efforts(self, u: BSpline, duration: float) -> Array:
-        """Greatest magnitudes of efforts at samples between the instants at which u(t) changes or crosses a knot."""
+    def _extremes(self, u: BSpline) -> list[tuple[str, Array]]:
+        """Greatest velocity, acceleration and jerk in unit time, shape (n_axes,) each; those without a limit are 0."""
+        degree = self.path.k * u.k - 1
+        nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
+        ends = self._changes(u)
+        t = (ends[:-1, None] + 0.5 * (nodes + 1.0) * np.diff(ends)[:, None]).reshape(-1)
+        found = []
+        for name, values in zip(("velocity", "acceleration", "jerk"), self._rates(u, t), strict=True):
+            axes = np.flatnonzero(np.isfinite(self._most(name)))
+            greatest = np.zeros(values.shape[1])
+            pieces = values.reshape(len(ends) - 1, len(nodes), -1)
+            for axis in axes:
+                series = np.polynomial.chebyshev.chebfit(nodes, pieces[:, :, axis].T, degree).T
+                # The sum of a series' coefficients bounds it: most pieces stay below what is sampled in others.
+                may = np.abs(series).sum(axis=1) >= np.abs(values[:, axis]).max()
+                greatest[axis] = max(map(_greatest, series[may]))
+            found.append((name, greatest))
+        return found
+
+    def _rates(self, u: BSpline, t: Array) -> tuple[Array, ...]:
+        """Velocity, acceleration and jerk in unit time at instants (T,), shape (T, n_axes) each."""
+        at = np.clip(u(t), 0.0, 1.0)
+        s1, s2, s3 = (self.path(at, order) for order in (1, 2, 3))
+        v, a, j = (u(t, order)[:, None] for order in (1, 2, 3))
+        return s1 * v, s2 * v**2 + s1 * a, s3 * v**3 + 3.0 * s2 * v * a + s1 * j
+
+    def _changes(self, u: BSpline) -> Array:
+        """Instants at which u(t) changes its polynomial or crosses a knot of the path, from 0 to 1."""
         whole = pieces_of(u)
         crossings = [whole.solve(knot, discontinuity=False, extrapolate=False) for knot in np.unique(self.path.t)[1:-1]]
-        ends = np.sort(np.concatenate([whole.x, *(found[np.isfinite(found)][:1] for found in crossings)]))
+        return np.sort(np.concatenate([whole.x, *(found[np.isfinite(found)][:1] for found in crossings)]))
+
+    def _efforts(self, u: BSpline, duration: float) -> Array:
+        """Greatest magnitudes of efforts at samples between the instants at which u(t) changes or crosses a knot."""
+        ends = self._changes(u)
         t = (ends[:-1, None] + self.shares * np.diff(ends)[:, None]).reshape(-1)
         at, first, second = np.clip(u(t), 0.0, 1.0), u(t, 1)[:, None], u(t, 2)[:, None]
         s1, s2 = self.path(at, 1), self.path(at, 2)
@@ -131,12 +169,10 @@ class AlongPath:
         """Objectives (2,), and excesses of the motion at as many instants, not of bounds, whatever is limited."""
         F, u = self.evaluate(x)[0], self._course(x)
         t = np.linspace(0.0, 1.0, instants)
-        at = np.clip(u(t), 0.0, 1.0)
-        s1, s2, s3 = (self.path(at, order) for order in (1, 2, 3))
-        v, a, j = (u(t, order)[:, None] / F[0] ** order for order in (1, 2, 3))
-        motion = {"velocity": s1 * v, "acceleration": s2 * v**2 + s1 * a}
-        motion["jerk"] = s3 * v**3 + 3.0 * s2 * v * a + s1 * j
+        rates = zip(("velocity", "acceleration", "jerk"), self._rates(u, t), strict=True)
+        motion = {name: values / F[0] ** order for order, (name, values) in enumerate(rates, 1)}
         if "effort" in self.quantities:
+            at = np.clip(u(t), 0.0, 1.0)
             motion["effort"] = self.arm.efforts(self.path(at), motion["velocity"], motion["acceleration"])
         shares = [np.abs(values).max(axis=0) / self._most(name) for name, values in motion.items()]
         return F, np.concatenate([*shares, [F[0] / self.longest]]) - 1.0
@@ -166,3 +202,11 @@ class AlongPath:
         jerk = s3 * first[:, None] ** 3 + 3.0 * s2 * (first * second)[:, None] + s1 * third[:, None]
         squared: Array = np.square(jerk).sum(axis=1)
         return squared
+
+
+def _greatest(series: Array) -> float:
+    """Greatest magnitude of a Chebyshev series between -1 and 1."""
+    roots = np.polynomial.chebyshev.chebroots(np.polynomial.chebyshev.chebder(series))
+    inside = roots.real[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) < 1.0)]
+    values = np.polynomial.chebyshev.chebval(np.concatenate([[-1.0, 1.0], inside]), series)
+    return float(np.abs(values).max())
