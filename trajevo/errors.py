@@ -111,6 +111,9 @@ class NotImportedError(InvalidInputError):
 #: Names in a list that is still read; of a longer one the nearest are told, if any is near.
 _MOST_LISTED = 20
 
+#: Fewest characters with which the beginning of a name counts as like it.
+_BEGINNING = 4
+
 #: What others call a key or a name -> what it is called here. These are no misspellings, so no measure finds them.
 _ALSO_CALLED = {
     "best": "knee",
@@ -175,6 +178,9 @@ def nearest_names(given: object, valid: Iterable[str], *, most: int = 1) -> list
         plain.setdefault(_plain(name), name)
     asked = _plain(str(given))
     near = [asked] if asked in plain else difflib.get_close_matches(asked, plain, n=most)
+    longer = [name for name in plain if name.startswith(asked)]
+    if len(asked) >= _BEGINNING and len(longer) == 1:  # the only name that begins so is meant, however long it is
+        near = [*longer, *(name for name in near if name not in longer)]
     called = _ALSO_CALLED.get(asked)
     if called in plain and called not in near:
         near = [called, *near]

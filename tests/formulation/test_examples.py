@@ -14,7 +14,7 @@ TASK = "hybrid_manipulator"
 
 def test_every_example_has_a_name_of_its_own_and_says_in_a_line_what_it_shows():
     examples = list_examples()
-    assert sum(len(list_examples(kind)) for kind in KINDS) == len(examples) == 23
+    assert sum(len(list_examples(kind)) for kind in KINDS) == len(examples) == 24
     assert not set(examples) & set(list_problems())
     for name, example in examples.items():
         assert example.name == name
@@ -43,7 +43,10 @@ def test_files_of_the_user_go_before_names(tmp_path, monkeypatch):
 
 
 def test_names_that_are_not_there_are_refused_and_the_nearest_is_told():
-    refused(lambda: load_task("ur5_pick"), "unknown task 'ur5_pick'; known: .*; did you mean 'ur5_pick_and_place'\\?$")
+    refused(
+        lambda: load_task("ur5_pick_and"),
+        "unknown task 'ur5_pick_and'; known: .*; did you mean 'ur5_pick_and_place'\\?$",
+    )
     refused(lambda: load_task("hybrid_payloads"), "unknown task 'hybrid_payloads'; known: hybrid_manipulator")
     refused(lambda: is_task("pointng"), "unknown problem or task 'pointng'; .*; did you mean 'pointing'\\?")
     refused(lambda: load_problem("nothing of ours"), "unknown problem 'nothing of ours'; known: [^?]*$")

@@ -100,7 +100,7 @@ COMMANDS = {
         "Check a motion between its samples against every limit; exit code 1 if one is exceeded.",
     ),
     "bound": _Home(
-        "bound",
+        "bounds.command",
         "bound",
         "Bound a run's front from below: what no motion of its kind can be better than; it goes on where it stopped.",
     ),

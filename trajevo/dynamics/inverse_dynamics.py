@@ -91,11 +91,8 @@ class Dynamics:
             self.robot.check_body("a payload")
 
     def __getstate__(self) -> dict[str, Any]:
-        again: dict[str, Any] = {
-            "_pools": {},
-            "_models": {},
-            "_level": None,
-        }  # a ModelPool cannot be pickled; made again when needed
+        # A ModelPool cannot be pickled; made again when needed.
+        again: dict[str, Any] = {"_pools": {}, "_models": {}, "_level": None}
         return {key: value for key, value in self.__dict__.items() if key != "without_dry_friction"} | again
 
     def sampled(self, samples: int) -> Dynamics:
@@ -103,7 +100,11 @@ class Dynamics:
         return self._sharing(replace(self, samples=samples), self._level)
 
     def under(self, gravity: Array | None) -> Dynamics:
-        """The same under a gravity for each row of states, see :attr:`gravity`, sharing the models already made."""
+        """The same under a gravity for each row of states, sharing the models already made.
+
+        Args:
+            gravity: in the frame of the base, shape (B, 3) [m/s²]; None for that of the robot.
+        """
         if gravity is None:
             return self
         return self._sharing(replace(self, gravity=gravity), self if self._level is None else self._level)
