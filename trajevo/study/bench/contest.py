@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 #: Excess over a limit, as a share of it, up to which a decision vector counts as feasible, whoever found it.
 FEASIBLE = 1e-6
 
+#: A limit that the problem proves has no such excess: nothing is proven of a motion whose samples exceed it at all.
+_PROVEN = 0.0
+
 #: The same by a plain statement, which samples where trajevo may prove: what exceeds more is not looked at again.
 _NEARLY = 1e-2
 
@@ -104,6 +107,7 @@ class Contest:
         self.motions: list[Moved] = []
         self.evaluations = 0
         self._evaluate = self.problem.evaluate
+        self._most_excess = most_excess(self.problem)
         self._ended: float | None
         middle = 0.5 * (self.lower + self.upper)
         # Whatever is compiled or loaded by a first evaluation is nobody's time.
@@ -194,7 +198,7 @@ class Contest:
         self.evaluations += len(X)
         before = time.process_time()
         inside = ((self.lower <= X) & (self.upper >= X)).all(axis=1)
-        kept = np.flatnonzero(inside & (G <= FEASIBLE).all(axis=1) & np.isfinite(F).all(axis=1))
+        kept = np.flatnonzero(inside & (self._most_excess >= G).all(axis=1) & np.isfinite(F).all(axis=1))
         if len(kept) and self.motions_given is None:  # each of several given motions counts
             kept = kept[moocore.is_nondominated(F[kept])]
         self._paused += time.process_time() - before
@@ -246,6 +250,12 @@ def _statement_of(benchmark: BenchmarkProblem) -> tuple[Any, str]:
         return None, str(error)
 
 
+def most_excess(problem: Any) -> Array:
+    """Excess over every limit up to which a decision vector counts as feasible, as a share of it, (constraints,)."""
+    columns = [(_PROVEN if limit.sampled is not None else FEASIBLE, limit.names) for limit in problem.constraints]
+    return np.array([most for most, names in columns for _ in names])
+
+
 def judged(problem: Any, tried: Iterable[Tried], until: float) -> tuple[Array, Array, Array, Array]:
     """What is feasible of all that was tried in time, as trajevo's problem sees it, whoever tried it.
 
@@ -267,5 +277,5 @@ def judged(problem: Any, tried: Iterable[Tried], until: float) -> tuple[Array, A
     for begin in range(0, len(X), _ROWS):
         rows = slice(begin, begin + _ROWS)
         F[rows], G[rows] = problem.evaluate(X[rows], return_values_of=["F", "G"])
-    kept = np.flatnonzero((G <= FEASIBLE).all(axis=1) & np.isfinite(F).all(axis=1))
+    kept = np.flatnonzero((most_excess(problem) >= G).all(axis=1) & np.isfinite(F).all(axis=1))
     return cpu[kept], evaluations[kept], X[kept], F[kept]
