@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.helpers import refused
-from trajevo import Front, ViaPoints, load_robot, optimise, plots
+from trajevo import Front, ViaPoints, export, load_robot, optimise, plots, read_run
 from trajevo.capacity.dlcc import dlcc, dlcc_iterative
 from trajevo.capacity.payload_time import capacity_front
 from trajevo.front import selection
@@ -24,6 +24,15 @@ CASES = {
     "one configuration": (lambda: load_robot("pointing_mechanism").tool_poses([0, 0]), r"q: expected shape \(T, 2\)"),
     "no robot": (lambda: load_robot(None), "robot: expected a name or the path of a folder"),
     "no file": (lambda: Front.load(5), "expected the path of a file"),
+    "number as file of a motion": (
+        lambda: export(None, 3, format="csv"),
+        "file: expected the path of a file, got 3",
+    ),
+    "number as folder": (lambda: read_run(3), "folder: expected the path of a folder, got 3"),
+    "number as folder of a new run": (
+        lambda: optimise(PointingMechanism(), seed=1, generations=1, population=4, polish=False, out=3),
+        "out: expected the path of a folder, got 3",
+    ),
     "array as points": (lambda: QuinticSpline(np.eye(3), duration_bounds=(1, 2)), "needs ViaPoints, got ndarray"),
     "text as bounds": (lambda: SepticSpline(POINTS, duration_bounds="ab"), "duration_bounds: expected numbers"),
     "no bounds": (lambda: HybridQuartic(POINTS, duration_bounds=None), "duration_bounds: expected shape"),

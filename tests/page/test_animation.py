@@ -225,7 +225,7 @@ def test_what_cannot_be_shown_gets_a_sentence(case, hybrid, tmp_path):
 
 def test_something_else_than_a_motion_or_a_path_gets_a_sentence(hybrid, tmp_path):
     refused(lambda: animate(5, tmp_path / "a.html"), "motion: expected a solution, an optimum or a rollout")
-    refused(lambda: animate(hybrid, 5), "file: expected a path, got 5")
+    refused(lambda: animate(hybrid, 5), "file: expected the path of a file, got 5")
     refused(lambda: animate(hybrid, tmp_path), "cannot be written: Is a directory")
 
 

@@ -116,6 +116,28 @@ def read_text(file: Path, *, most: int = MOST_TEXT) -> str:
     return read_bytes(file, most=most).decode("utf-8").replace("\r\n", "\n").replace("\r", "\n")
 
 
+def named_file(given: str | os.PathLike[str], *, name: str = "file") -> Path:
+    """The path of a file that an argument names.
+
+    Raises:
+        InvalidInputError: it is no path, or one that names no file.
+    """
+    if not isinstance(given, str | os.PathLike) or not Path(given).name or "\0" in str(given):
+        raise InvalidInputError(f"{name}: expected the path of a file, got {given!r:.60}")
+    return Path(given)
+
+
+def named_folder(given: str | os.PathLike[str], *, name: str = "folder") -> Path:
+    """The path of a folder that an argument names.
+
+    Raises:
+        InvalidInputError: it is no path.
+    """
+    if not isinstance(given, str | os.PathLike) or "\0" in str(given):
+        raise InvalidInputError(f"{name}: expected the path of a folder, got {given!r:.60}")
+    return Path(given)
+
+
 def check_writable(file: Path) -> None:
     """Find out before a long work whether its result can be written: a file is made beside it, and removed again.
 

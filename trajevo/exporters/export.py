@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from trajevo.base.files import why_not, write_whole
+from trajevo.base.files import named_file, why_not, write_whole
 from trajevo.base.plugins import Registry
 from trajevo.base.units import ANGLE_UNITS
 from trajevo.errors import InvalidInputError, checked_name
@@ -64,7 +64,7 @@ def export(
         InvalidInputError: neither a solution nor a front that the format can hold, a step that is not positive, degrees
             where the format is SI, a robot that the format cannot hold, or a file that cannot be written.
     """
-    exporter = NAMED_EXPORTERS.find(format)
+    exporter, target = NAMED_EXPORTERS.find(format), named_file(file)
     checked_name("angle unit", angle, ANGLE_UNITS)
     if angle != "rad" and exporter.si:
         raise InvalidInputError(f"angle: the format {format!r} is in rad, got {angle!r}")
@@ -74,8 +74,8 @@ def export(
     if exporter.holds == "motion":
         _check_motion(source, format, step)
     content = exporter.function(source, step, angle)
-    _write(Path(file), content.encode() if isinstance(content, str) else content)
-    return Path(file)
+    _write(target, content.encode() if isinstance(content, str) else content)
+    return target
 
 
 def extension(format: str) -> str:

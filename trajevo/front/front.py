@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
-from trajevo.base.files import MOST_DATA, why_not, write_whole
+from trajevo.base.files import MOST_DATA, named_file, why_not, write_whole
 from trajevo.base.shown.brief import cut
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError, TrajevoError, UnknownNameError
@@ -373,7 +373,7 @@ class Front:
         Raises:
             InvalidInputError: the file cannot be written.
         """
-        target, content = _path(file), self._file().model_dump_json(indent=1).encode()
+        target, content = named_file(file), self._file().model_dump_json(indent=1).encode()
         if len(content) > MOST_DATA:
             more = f"{len(content) / 2**20:.0f} MiB, more than the {MOST_DATA / 2**20:g} MiB that are read back"
             warnings.warn(f"{file}: takes {more}; front.thinned() gives fewer solutions", stacklevel=2)
@@ -396,7 +396,7 @@ class Front:
         Raises:
             InvalidInputError: the file is missing or is not a front; the message names the entry.
         """
-        content = read_front(_path(file))
+        content = read_front(named_file(file))
         front = cls(
             X=np.array(content.X),
             F=np.array(content.F),
@@ -407,7 +407,9 @@ class Front:
             blocking=content.blocking,
             _problem=problem,
         )
-        object.__setattr__(front, "_check", RecordCheck(_path(file), front.X, front.F, front.G, content.run.versions))
+        object.__setattr__(
+            front, "_check", RecordCheck(named_file(file), front.X, front.F, front.G, content.run.versions)
+        )
         return front
 
     def _file(self) -> FrontFile:
@@ -441,10 +443,3 @@ class Front:
     def _solution(self, choice: Choice) -> Solution:
         self._compare([choice.index])
         return Solution(self, choice.index, choice.rule, choice.reason)
-
-
-def _path(file: str | Path) -> Path:
-    """A path that names a file."""
-    if not isinstance(file, str | Path) or not Path(file).name or "\0" in str(file):
-        raise InvalidInputError(f"file: expected the path of a file, got {file!r}")
-    return Path(file)

@@ -6,7 +6,7 @@ from html import escape
 from pathlib import Path
 from string import Template
 
-from trajevo.base.files import why_not, write_whole
+from trajevo.base.files import named_file, why_not, write_whole
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
@@ -42,22 +42,21 @@ def animate(motion: Solution | Rollout, file: str | Path, *, rate: float | None 
             is given for a page, a file that cannot be written, or meshcat or ffmpeg is not installed.
     """
     rollout = rollout_of(motion)
-    if not isinstance(file, str | Path):
-        raise InvalidInputError(f"file: expected a path, got {file!r}")
+    target = named_file(file)
     rollout.robot.check_body("an animation")
-    if Path(file).suffix.lower() in FILMS:
+    if target.suffix.lower() in FILMS:
         from trajevo.page.film import write_film  # which draws by matplotlib, and takes long to import
 
-        return write_film(motion, Path(file), rate=25.0 if rate is None else rate)
+        return write_film(motion, target, rate=25.0 if rate is None else rate)
     if rate is not None:
         raise InvalidInputError(
             f"rate: expected a film, which ends in {' or '.join(FILMS)}, as a page shows every instant, got {file}"
         )
     try:
-        write_whole(Path(file), _page(motion, rollout).encode())
+        write_whole(target, _page(motion, rollout).encode())
     except OSError as error:
         raise InvalidInputError(f"{file}: cannot be written: {why_not(error)}") from error
-    return Path(file)
+    return target
 
 
 def _page(motion: Solution | Rollout, rollout: Rollout) -> str:

@@ -6,6 +6,7 @@ import tempfile
 import webbrowser
 from pathlib import Path
 
+from trajevo.base.files import named_file
 from trajevo.front.front import Front
 from trajevo.page.report import report
 from trajevo.plots.analyses import analyse
@@ -21,7 +22,7 @@ def open_page(front: Front, file: str | Path | None = None) -> Path:
     Raises:
         InvalidInputError: the file cannot be written.
     """
-    target = Path(tempfile.mkdtemp(prefix="trajevo-")) / "front.html" if file is None else Path(file)
+    target = Path(tempfile.mkdtemp(prefix="trajevo-")) / "front.html" if file is None else named_file(file)
     found = analyse(front, "short") if len(front) else {}
     report(front, target, analyses=found, pictures=[], run="RUN")
     webbrowser.open(target.resolve().as_uri())

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from trajevo.base.files import named_file
 from trajevo.capacity.payload_studies import Carried
 from trajevo.errors import checked_name
 from trajevo.front.exchange_rates import ExchangeRates
@@ -69,6 +70,7 @@ def report(
         InvalidInputError: the file cannot be written.
     """
     checked_name("files", files, FILES)
+    target = named_file(file)
     facts = table(("", ""), [(label, escape(text)) for label, text in run_facts(front)])
     top, scripts = "", ""
     if len(front):
@@ -77,7 +79,7 @@ def report(
         held = choices[:1] if files == "knee" else choices
         drawn = draw_all(front, found) if pictures is None else pictures
         taken = sum(4 * len(picture.png) // 3 for picture in drawn)
-        named = run or str(Path(file).parent)
+        named = run or str(target.parent)
         part = explorer(front, found, run=named, choices=held, taken=taken, problem=problem, live=live)
         shown = f'<p class="note live-only">Here are {part.share}.</p>' if part.share else ""
         top, scripts = shown + part.body, part.scripts
@@ -95,7 +97,7 @@ def report(
         body="\n".join([*body, *_failed(front), folded("Run", [facts])]),
         scripts=scripts,
     )
-    return written(Path(file), text.encode())
+    return written(target, text.encode())
 
 
 def _sections(choices: Sequence[Solution], found: Mapping[str, Any], pictures: Sequence[Picture]) -> list[str]:

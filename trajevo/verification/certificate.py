@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.base.files import why_not, write_whole
+from trajevo.base.files import named_file, why_not, write_whole
 from trajevo.base.shown import html
 from trajevo.base.shown.brief import brief
 from trajevo.base.units import pretty
@@ -217,13 +216,12 @@ class Certificate:
             InvalidInputError: the motion is not one of polynomials of time, the certificate was read from a file,
                 ``file`` is no path, or the file cannot be written.
         """
-        if not isinstance(file, str | os.PathLike):
-            raise InvalidInputError(f"file: expected the path of a file, as 'motion.proof.json', got {file!r:.40}")
+        target = named_file(file)
         try:
-            write_whole(Path(file), proof_text(self, self._relied).encode())
+            write_whole(target, proof_text(self, self._relied).encode())
         except OSError as error:
             raise InvalidInputError(f"{file}: cannot be written: {why_not(error)}") from error
-        return Path(file)
+        return target
 
     def _repr_html_(self) -> str:
         rows = [(row.name, row.bound_shown, row.limit_shown, _percent(row), row.at) for row in self.by_quantity]

@@ -16,6 +16,7 @@ from typing import Any, final
 
 import numpy as np
 
+from trajevo.base.files import named_file
 from trajevo.base.shown.brief import brief
 from trajevo.capacity.capacity import Capacity
 from trajevo.capacity.dlcc import dlcc
@@ -143,7 +144,7 @@ class PayloadSheet:
         """
         if not isinstance(file, str | Path):
             raise InvalidInputError(f"file: expected one for HTML, such as 'payload_sheet.html', got {file!r}")
-        page = Path(file)
+        page = named_file(file)
         if page.suffix == ".json":
             raise InvalidInputError(f"file: expected one for HTML, such as {page.with_suffix('.html')}, got {page}")
         from trajevo.page.sheet.printed import sheet_html

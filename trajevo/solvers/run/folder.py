@@ -25,6 +25,7 @@ from trajevo.base.files import (
     MOST_DATA,
     SCRATCH,
     locked,
+    named_folder,
     opened_lock,
     own_folder,
     read_text,
@@ -110,7 +111,7 @@ class RunFolder:
     """
 
     def __init__(self, folder: str | Path) -> None:
-        self.folder = Path(folder)
+        self.folder = named_folder(folder)
 
     @property
     def front_file(self) -> Path:
@@ -295,7 +296,7 @@ def begun(out: str | Path | None, manifest: Manifest, *, overwrite: bool) -> Ite
     if out is None:
         yield None
         return
-    run = RunFolder(out)
+    run = RunFolder(named_folder(out, name="out"))
     with run.alone():
         run.begin(manifest, overwrite=overwrite)
         if manifest.not_resumable:
