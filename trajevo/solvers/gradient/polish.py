@@ -34,7 +34,7 @@ _MEMBERS = 10
 #: How often gaps are filled in every round.
 _FILLINGS = 2
 
-#: The same in a short polish, which no round follows: filling takes little and brings a front to 99 % of what it can be.
+#: The same in a short polish, which no round follows: it takes little and brings a front to 99 % of what it can be.
 _FILLINGS_BETWEEN = 4
 
 #: Number of members that are refined each time during an evolution.
