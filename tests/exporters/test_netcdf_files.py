@@ -139,8 +139,9 @@ def test_an_empty_front_says_why(tmp_path):
 
 def test_places_that_cannot_be_written_are_named(pointing, tmp_path):
     (tmp_path / "folder").mkdir()
-    for place in (tmp_path / "no" / "front.nc", tmp_path / "folder", ""):
+    for place in (tmp_path / "no" / "front.nc", tmp_path / "folder"):
         refused(lambda place=place: export(pointing.knee(), place, format="netcdf"), f"{place}: cannot be written: ")
+    refused(lambda: export(pointing.knee(), "", format="netcdf"), "file: expected the path of a file, got ''")
     assert [path.name for path in tmp_path.iterdir()] == ["folder"]
 
 
