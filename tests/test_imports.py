@@ -18,8 +18,9 @@ SLOW = {
 #: What trajevo computes with.
 COMPUTES = {"numpy", "pydantic", "pymoo", "pinocchio", "coal", "moocore"}
 SHOWS = {"rich", "typer"}
-#: What a search from Python needs only for files, obstacles and points that anyone may give.
+#: What a search from Python needs only for files, obstacles and points that anyone may give, and for a robot.
 LATER = {f"trajevo.formulation.{room}" for room in ("task_file", "via_points", "constraints.clearance")}
+LATER |= {"pinocchio", "coal"}
 
 
 def imported(program, *arguments, cwd=None):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import sys
 import warnings
@@ -200,3 +201,17 @@ def _is_own(point: EntryPoint) -> bool:
 def _name(distribution: Any) -> str | None:
     """The name of a distribution, for which its whole description is parsed."""
     return getattr(distribution, "name", None)
+
+
+def deferred(name: str) -> Any:
+    """A package that is imported when something of it is first used, in place of the module itself."""
+    return _Deferred(name)
+
+
+@final
+class _Deferred:
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __getattr__(self, attribute: str) -> Any:
+        return getattr(importlib.import_module(self._name), attribute)

@@ -11,17 +11,22 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pinocchio as pin
 
 from trajevo.base import jit
 from trajevo.base.arrays import Array
+from trajevo.base.plugins import deferred
 from trajevo.base.threads import in_threads, usable_threads
 from trajevo.dynamics import rnea_loops
 from trajevo.dynamics.rnea_source import arrays_source
 from trajevo.dynamics.rnea_tree import Inertias, Joint, Tree, tree_of
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+else:  # which takes a tenth of the time of importing trajevo
+    pin = deferred("pinocchio")
 
 #: Number of states on which inverse dynamics must agree with Pinocchio's, and to what share of the greatest torque.
 _STATES, _AGREES = 64, 1e-10

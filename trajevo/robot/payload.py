@@ -6,17 +6,22 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
-import pinocchio as pin
 
 from trajevo.base.arrays import Array, numbers
 from trajevo.base.plain import plain_data
+from trajevo.base.plugins import deferred
 from trajevo.base.shown.brief import brief
 from trajevo.base.units import believed, quantity, with_unit
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.robot.robot import Robot
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+else:  # which takes a tenth of the time of importing trajevo
+    pin = deferred("pinocchio")
 
 #: How a payload acts.
 LOAD_MODELS = {

@@ -11,13 +11,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
-import pinocchio as pin
 
 from trajevo.base.arrays import Array, numbers
+from trajevo.base.plugins import deferred
 from trajevo.base.shown import html
 from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
@@ -44,6 +44,11 @@ from trajevo.robot.urdf.joints import Follower, dynamics_of, followers
 from trajevo.robot.urdf.look import without_look
 from trajevo.robot.urdf.model import build_model
 from trajevo.robot.urdf.problems import checked_urdf
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+else:  # which takes a tenth of the time of importing trajevo
+    pin = deferred("pinocchio")
 
 
 @dataclass(frozen=True, eq=False)

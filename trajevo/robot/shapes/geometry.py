@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 from xml.etree import ElementTree
 
-import coal
 import numpy as np
-import pinocchio as pin
 
 from trajevo.base.arrays import Array, read_only
+from trajevo.base.plugins import deferred
 from trajevo.errors import InvalidInputError
 from trajevo.robot.robot import Robot
 from trajevo.robot.shapes.kept import KeptShapes, LinkShape
 from trajevo.robot.shapes.meshes import check_solids
 from trajevo.robot.urdf.look import leave_found
 from trajevo.robot.urdf.model import held_still, read_model
+
+if TYPE_CHECKING:
+    import coal
+    import pinocchio as pin
+else:  # which takes a tenth of the time of importing trajevo
+    coal = deferred("coal")
+    pin = deferred("pinocchio")
 
 #: Cells along the longest side of a link's box within which vertices become one.
 _FINEST, _COARSEST = 64, 4

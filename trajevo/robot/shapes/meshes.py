@@ -10,18 +10,23 @@ import os
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
-import coal
 import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.files import MOST_DATA, read_bytes, why_not
 from trajevo.base.plain import parsed_xml
+from trajevo.base.plugins import deferred
 from trajevo.errors import InvalidInputError
 from trajevo.robot.urdf.file import urdf_number
 from trajevo.robot.urdf.look import files_of
+
+if TYPE_CHECKING:
+    import coal
+else:  # which takes a tenth of the time of importing trajevo
+    coal = deferred("coal")
 
 #: Greatest coordinate of a vertex in the units of its file, often mm.
 _FARTHEST = 1e7

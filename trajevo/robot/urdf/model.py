@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
-import pinocchio as pin
 
 from trajevo.base.arrays import Array
+from trajevo.base.plugins import deferred
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.robot.loading.arguments import check_locked
 from trajevo.robot.urdf.look import without_look
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+else:  # which takes a tenth of the time of importing trajevo
+    pin = deferred("pinocchio")
 
 #: Beginning of the names of links' frames that must differ from those of joints for a while.
 _LINK = "link of trajevo "
