@@ -161,7 +161,7 @@ def test_another_machine_is_compared_by_its_yardstick():
     slow = Machine(processor="another", cores=4, system="Linux")
     here = [run("trajevo", seed, 0.1 * seed, 1.0 * seed, yardstick=0.01) for seed in range(1, 6)]
     there = [run("trajevo", seed, 0.3 * seed, 3.0 * seed, yardstick=0.03, machine=slow) for seed in range(1, 6)]
-    assert pace(results(*here), results(*there)) == pytest.approx(1.0 / 3.0)
+    assert pace(results(*here), results(*there)) == pytest.approx([1.0 / 3.0] * 3)
     assert {one.verdict for one in compared(results(*here), results(*there))} == {"within the quartiles"}
     for one in compared(results(*here), results(*there)):
         np.testing.assert_allclose(one.after, one.before)
@@ -171,6 +171,26 @@ def test_another_machine_is_compared_by_its_yardstick():
     unknown = results(*(run("trajevo", seed, 0.3 * seed, 3.0 * seed) for seed in range(1, 6)))
     assert pace(results(*here), unknown) is None
     assert {one.ratio for one in compared(results(*here), unknown)} >= {3.0}
+
+
+def test_times_are_known_no_better_than_the_pace_of_the_machine():
+    def runs(factor, sticks):
+        made = [run("trajevo", k, factor, 2.0 * factor, yardstick=sticks[k - 1]) for k in range(1, 6)]
+        return results(*made)
+
+    def verdicts(factor, sticks):
+        changes = compared(runs(1.0, sticks), runs(factor, sticks))
+        return {one.verdict for one in changes if one.measure != "share"}
+
+    steady, unsteady = [0.01] * 5, [0.0096, 0.0098, 0.01, 0.0104, 0.012]
+    assert pace(runs(1.0, unsteady), runs(1.0, unsteady)) == pytest.approx([0.0098 / 0.0104, 1.0, 0.0104 / 0.0098])
+    assert verdicts(1.05, steady) == {"slower"}
+    assert verdicts(1.05, unsteady) == {"within the quartiles"}
+    assert verdicts(1.1, unsteady) == {"slower"}
+    assert verdicts(0.95, steady) == {"faster"}
+    assert verdicts(0.95, unsteady) == {"within the quartiles"}
+    (told,) = unlike(runs(1.0, unsteady), runs(1.0, unsteady))
+    assert "times after are multiplied by 1 (0.942 to 1.06)" in told
 
 
 def test_what_is_published_tells_the_same_table_in_less():

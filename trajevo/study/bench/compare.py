@@ -27,7 +27,8 @@ class Changed:
         rival: name of the rival.
         measure: what is measured, with its unit.
         before: its quartiles in the first file.
-        after: its quartiles in the second, times as the machine of the first file would have taken, by its yardstick.
+        after: its quartiles in the second, times as the machine of the first file would have taken, by its yardstick;
+            wider by as much as the yardsticks themselves vary.
         ratio: median after over median before; None if one of them never came.
         verdict: what it means.
     """
@@ -49,7 +50,7 @@ def compared(before: BenchResults, after: BenchResults) -> tuple[Changed, ...]:
     Raises:
         InvalidInputError: they have no rival on a problem in common.
     """
-    speed = pace(before, after) or 1.0
+    speed = pace(before, after) or Quartiles(1.0, 1.0, 1.0)
     known = {(row.problem, row.rival): row for row in rows_of(before) if row.runs}
     pairs = [(known[row.problem, row.rival], row) for row in rows_of(after) if (row.problem, row.rival) in known]
     found = tuple(change for old, new in pairs if new.runs for change in _changes(old, new, speed))
@@ -58,13 +59,17 @@ def compared(before: BenchResults, after: BenchResults) -> tuple[Changed, ...]:
     return found
 
 
-def pace(before: BenchResults, after: BenchResults) -> float | None:
+def pace(before: BenchResults, after: BenchResults) -> Quartiles | None:
     """CPU time of the machine of the first file over that of the second for the same work, None where one is unknown.
 
-    It is the ratio of the medians of their yardsticks, fixed work that is measured beside every run.
+    It is the ratio of their yardsticks, fixed work that is measured beside every run: that of their medians, and the
+    least and greatest ratio of values between their quartiles, since CPU times of equal work vary on one machine too.
     """
-    sticks = [[run.yardstick for run in results.runs if run.yardstick is not None] for results in (before, after)]
-    return float(np.median(sticks[0]) / np.median(sticks[1])) if all(sticks) else None
+    first, second = (
+        Quartiles.of(run.yardstick for run in results.runs if run.yardstick is not None) for results in (before, after)
+    )
+    found = Quartiles(first.low / second.high, first.median / second.median, first.high / second.low)
+    return found if np.isfinite(found.median) else None
 
 
 def unlike(before: BenchResults, after: BenchResults) -> tuple[str, ...]:
@@ -72,8 +77,9 @@ def unlike(before: BenchResults, after: BenchResults) -> tuple[str, ...]:
     told = []
     machines = [sorted({run.machine.processor for run in results.runs}) for results in (before, after)]
     speed = pace(before, after)
-    if speed is not None and speed != 1.0:
-        told.append(f"by the yardstick, times after are multiplied by {speed:.3g} to be those of the machine before")
+    if speed is not None and set(speed) != {1.0}:
+        factor = speed.told()
+        told.append(f"by the yardstick, times after are multiplied by {factor} to be those of the machine before")
     elif speed is None and machines[0] != machines[1]:
         told.append(f"measured on {' and '.join(machines[0])} and on {' and '.join(machines[1])}: times do not compare")
     budgets = [sorted({run.budget for run in results.runs}) for results in (before, after)]
@@ -83,9 +89,9 @@ def unlike(before: BenchResults, after: BenchResults) -> tuple[str, ...]:
     return tuple(told)
 
 
-def _changes(old: BenchRow, new: BenchRow, speed: float) -> Iterator[Changed]:
+def _changes(old: BenchRow, new: BenchRow, speed: Quartiles) -> Iterator[Changed]:
     for share, before, measured in zip(SHARES, old.times, new.times, strict=True):
-        after = Quartiles(*(speed * value for value in measured))
+        after = Quartiles(*(factor * value for factor, value in zip(speed, measured, strict=True)))
         measure = f"time to {100.0 * share:g} % [s]"
         verdict: Verdict = "within the quartiles"
         if after.high < before.low:

@@ -200,7 +200,7 @@ def run_rival(problem: str, rival: str, *, seed: int, budget: float, suite: str 
         return BenchRun(**about, versions=versions, end="not installed", said=f"not installed: {own.install}")
     before = yardstick()
     failure = _solved(own, contest)
-    about["yardstick"] = min(before, yardstick())
+    about["yardstick"] = 0.5 * (before + yardstick())
     end: End = "failed" if failure and not (contest.tried or contest.motions) else "scored"
     said = one_line(failure) or own.says
     return BenchRun(**about, versions=versions, end=end, said=said, **_scores(contest))
