@@ -96,6 +96,7 @@ bench: $(PEERS) kernels  ## print one table of speed: ratios to what others take
 bench-suite: $(PEERS) kernels  ## rivals on published problems in runs/bench, 20 minutes; a night with SIZE=full: docs/how_to/benchmark.md
 	$(BIN)/trajevo bench run --size $(or $(SIZE),small) --workers 2 --out runs/bench
 	$(BIN)/trajevo bench table runs/bench --out runs/bench
+	$(BIN)/trajevo bench compare published runs/bench
 
 bench-more: kernels  ## print what else is measured: certificates, polish, starts, studies, payload diagrams, workspaces
 	set -e; for file in tests/benchmarks/bench_*.py; do echo "== $$file"; $(BIN)/python $$file; done
