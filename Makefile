@@ -31,6 +31,7 @@ $(READY): pyproject.toml constraints.txt
 # What the table compares with where it can be installed; where it cannot, the table says so.
 $(PEERS): $(READY)
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt drake
 	@touch $@
 
 # Pages are tried in Debian's Chromium; where it cannot be installed, the tests say so and are skipped.
