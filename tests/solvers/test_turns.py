@@ -16,12 +16,12 @@ from trajevo.solvers.run.turns import Turns
 from trajevo.study.bench.suite import benchmark
 
 
-def turns(cpu, polishing=(), objectives=3, found=True, **manifest):
+def turns(cpu, polishing=(), objectives=3, found=True, terms=None, **manifest):
     books = SimpleNamespace(
         cpu_seconds=list(cpu),
         polishing=[*polishing, *[0] * (len(cpu) - len(polishing))],
         archive=SimpleNamespace(F=np.ones((int(found), objectives))),
-        target=SimpleNamespace(n_obj=objectives),
+        target=SimpleNamespace(n_obj=objectives, smooth=None, objectives=[SimpleNamespace(terms=terms)] * objectives),
     )
     given = {"cpu_time": 10.0, "polish": True, "polish_every": None} | manifest
     return Turns(books, SimpleNamespace(**given))
@@ -36,6 +36,15 @@ def test_a_short_polish_comes_after_six_generations_and_when_half_of_its_time_ha
     assert not turns([*first, 1.6, 2.0], *polished).due
     assert turns([*first, 1.6, 2.2], *polished).due
     assert turns([*first, 1.6, 2.2], *polished).left == pytest.approx(7.8)
+
+
+def test_a_maximum_alone_is_descended_by_its_terms_after_the_first_generation():
+    alone = {"objectives": 1, "terms": len}
+    assert turns([0.1], **alone).due
+    assert not turns([0.1], **alone, found=False).due
+    assert not turns([0.1], objectives=2, terms=len).due
+    assert not turns([0.1], objectives=1).due
+    assert [turns([0.1, 1.1, now], [0, 70], **alone).due for now in (1.5, 1.7)] == [False, True]
 
 
 def test_at_most_half_of_the_time_is_kept_for_the_whole_polish():

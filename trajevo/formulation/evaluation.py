@@ -79,7 +79,7 @@ class Part:
     Attributes:
         what: what it is, for messages, such as ``"objective 'time'"``.
         function: rollout of B trajectories -> (B,) for an objective, (B, columns) for a constraint.
-        columns: number of columns of a constraint; None for an objective.
+        columns: number of columns of a constraint, or of an objective in terms; None for an objective.
     """
 
     what: str

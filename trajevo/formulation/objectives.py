@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -55,6 +56,8 @@ class Objective:
         function: rollout of B trajectories -> (B,).
         needs: what the problem must have.
         help: description in one line.
+        terms: rollout -> the smooth values whose greatest the objective is, (B, K); None if it is smooth itself.
+        columns: number of columns of the function, for an objective in terms; None for one value, (B,).
     """
 
     name: str
@@ -63,6 +66,8 @@ class Objective:
     function: Callable[[Rollout], Array]
     needs: tuple[Need, ...] = field(default=(), kw_only=True)
     help: str = field(default="", kw_only=True)
+    terms: Callable[[Rollout], Array] | None = field(default=None, kw_only=True)
+    columns: int | None = field(default=None, kw_only=True)
 
     __repr__ = brief
 
@@ -153,6 +158,11 @@ def peak_jerk(rollout: Rollout) -> Array:
     """Greatest |jerk| of any joint at any instant, exact, shape (B,) [rad/s³ or m/s³]."""
     greatest: Array = rollout.trajectory.peak(3).max(axis=1)
     return greatest
+
+
+def peak_terms(rollout: Rollout, *, derivative: int) -> Array:
+    """The smooth values whose greatest is the greatest |derivative| of any joint, shape (B, K) [SI]."""
+    return rollout.trajectory.peak_terms(derivative)
 
 
 def peak_effort_rate(rollout: Rollout) -> Array:
@@ -262,6 +272,7 @@ OBJECTIVES: dict[str, Objective] = {
             "{joint}/s^2",
             _BY_NAME,
             peak_acceleration,
+            terms=partial(peak_terms, derivative=2),
             help="greatest acceleration of any joint at any instant",
         ),
         Objective(
@@ -270,6 +281,7 @@ OBJECTIVES: dict[str, Objective] = {
             _BY_NAME,
             peak_jerk,
             needs=("continuous accelerations",),
+            terms=partial(peak_terms, derivative=3),
             help="greatest jerk of any joint at any instant",
         ),
         Objective(

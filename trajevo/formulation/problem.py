@@ -278,7 +278,7 @@ class TrajectoryProblem(Problem):
 
     @property
     def _parts(self) -> tuple[Part, ...]:
-        objectives = (Part(f"objective {each.name!r}", each.function) for each in self.objectives)
+        objectives = (Part(f"objective {each.name!r}", each.function, each.columns) for each in self.objectives)
         limits = (Part(f"constraint {_told(each)}", each.function, len(each.names)) for each in self.constraints)
         return (*objectives, *limits)
 
@@ -292,10 +292,20 @@ class TrajectoryProblem(Problem):
         other.dynamics = replace(self.dynamics, payload=payload)
         return other
 
-    def in_terms(self) -> TrajectoryProblem:
-        """The same problem for gradient solvers: a limit on a maximum becomes a limit on every term of the maximum."""
+    def in_terms(self, *, objectives: bool = False) -> TrajectoryProblem:
+        """The same problem for gradient solvers: a limit on a maximum becomes a limit on every term of the maximum.
+
+        Args:
+            objectives: an objective that is a maximum becomes a column of F for every term of it, too.
+
+        Raises:
+            InvalidInputError: terms of an objective have a wrong shape.
+        """
         middle = self.rollout(0.5 * (self.xl + self.xu))
         other = copy.copy(self)
+        if objectives:
+            other.objectives = tuple(_in_terms(each, middle) for each in self.objectives)
+            other.n_obj = sum(each.columns or 1 for each in other.objectives)
         other.constraints = tuple(in_terms(constraint, middle) for constraint in self.constraints)
         other.n_ieq_constr = len(other.constraint_names)
         return other
@@ -346,6 +356,19 @@ class TrajectoryProblem(Problem):
         columns = [part.real(rollout) for part in self._parts]
         values = np.concatenate(columns, axis=1)
         return values[:, : self.n_obj], values[:, self.n_obj :]
+
+
+def _in_terms(objective: Objective, example: Rollout) -> Objective:
+    """An objective with a column for each of its terms, counted in a rollout like those to be evaluated."""
+    if objective.terms is None:
+        return objective
+    found = np.shape(objective.terms(example))
+    if len(found) != 2 or found[0] != len(example.trajectory):
+        raise InvalidInputError(
+            f"objective {objective.name!r}: terms: expected shape (B, K) for B trajectories, here B = "
+            f"{len(example.trajectory)}, got {found}"
+        )
+    return replace(objective, function=objective.terms, terms=None, columns=found[1])
 
 
 def _told(constraint: Constraint) -> str:

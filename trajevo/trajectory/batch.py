@@ -135,6 +135,14 @@ class TrajectoryBatch(ABC):
         """Greatest absolute value in every part, shape (B, parts, n_joints) [as of :meth:`segment_extremes`]."""
         return self.peak(derivative)[:, None]
 
+    def peak_terms(self, derivative: int) -> Array:
+        """Values without kinks near a greatest absolute value, whose greatest it is, shape (B, K) [as of extremes].
+
+        Args:
+            derivative: 0 position, 1 velocity, 2 acceleration, 3 jerk.
+        """
+        return self.segment_peaks(derivative).reshape(len(self), -1)
+
     @abstractmethod
     def integral_of_square(self, derivative: int) -> Array:
         """∫ (d-th derivative)² dt over the whole motion, exact, shape (B, n_joints) [rad²/s^(2d-1)]."""

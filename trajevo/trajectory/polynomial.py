@@ -9,7 +9,7 @@ from typing import Any, SupportsIndex, final
 import numpy as np
 
 from trajevo.base import jit, polynomials
-from trajevo.base.arrays import Array, frozen, read_only
+from trajevo.base.arrays import Array, frozen, read_only, scaled
 from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.trajectory import polynomial_loops
@@ -164,6 +164,13 @@ class PolynomialBatch(TrajectoryBatch):
         """Exact greatest absolute value in every segment."""
         lower, upper = self.segment_extremes(derivative)
         return frozen(np.maximum(-lower, upper))
+
+    def peak_terms(self, derivative: int) -> Array:
+        """Of straight lines those at both ends: a peak would pass from one to the other where both are equal."""
+        if self.degree != derivative + 1:
+            return super().peak_terms(derivative)
+        ends = self.at_shares(np.array([0.0, 1.0]), derivative).reshape(len(self), -1)
+        return frozen(scaled(ends, np.sign(ends.real)))
 
     def integral_of_square(self, derivative: int) -> Array:
         """By Gauss-Legendre quadrature with enough nodes to be exact for the squared polynomial."""

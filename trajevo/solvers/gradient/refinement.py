@@ -13,6 +13,7 @@ from trajevo.front.covering import ReferenceBox, between, covering, gaps, neighb
 from trajevo.front.front import Front
 from trajevo.solvers.gradient.anchors import AnchorSearch, Found, many_valleys, slowed
 from trajevo.solvers.gradient.batch_sqp import Lockstep
+from trajevo.solvers.gradient.minimax import in_terms_alone, least_of_terms
 from trajevo.solvers.gradient.optimality import Anchor, residual
 from trajevo.solvers.gradient.scaling import Columns, Scaled
 
@@ -125,7 +126,7 @@ class Refinement:
             anchors: also seek the minimum of every objective and weighted sum, from the member with the least value.
             exact: seek minima in other valleys too, and to the end; else no further than other members are refined.
         """
-        if self._stop(self.cost, _UNTIL_REFINED):
+        if self._stop(self.cost, _UNTIL_REFINED) or (self._early and anchors and exact and self._descended_in_terms()):
             return
         elsewhere = self._explored() if anchors and exact else {}
         y, f = self._starts(members, number)
@@ -158,6 +159,25 @@ class Refinement:
         if self._early and self._steps % _NOTED == 0:
             self._add(run.safe)
         return False
+
+    def _descended_in_terms(self) -> bool:
+        """Descend to the least of a single objective that is a maximum; whether that came to its end.
+
+        Then there is nothing to refine: the front is one member.
+        """
+        if not in_terms_alone(self._problem):
+            return False
+        found = least_of_terms(
+            self._problem,
+            self.archive.X[0],
+            float(self.archive.F[0, 0]),
+            _MARGIN,
+            tell=lambda X: self._add(self._inside(X)),
+            stop=lambda g, e: self._stop(self.cost + g * int(self._problem.n_var) + e, _UNTIL_ANCHORED),
+        )
+        self._scaled.gradients += found.gradients
+        self._evaluations += found.evaluations
+        return found.converged
 
     def _starts(self, members: int, number: int) -> tuple[Array, Array]:
         """Members and points of gaps to be refined in a round, in scaled variables (M, n_var), and their columns."""

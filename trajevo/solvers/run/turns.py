@@ -11,10 +11,12 @@ from __future__ import annotations
 from typing import final
 
 from trajevo.front.books import Books
+from trajevo.solvers.gradient.minimax import in_terms_alone
 from trajevo.solvers.run.folder import Manifest
 
-#: Generations before the first short polish.
-_FIRST = 6
+#: Generations before the first short polish, and where it descends by the terms of a single maximum: that takes less
+#: time than a generation or two, from nearly anywhere.
+_FIRST, _FIRST_IN_TERMS = 6, 1
 
 #: CPU time of evolution between two short polishes, as a share of what the former took.
 _BETWEEN = 0.5
@@ -50,7 +52,7 @@ class Turns:
         if self._cpu_time is None or not len(self._books.archive.F):
             return False
         if not last:
-            return len(cpu) >= _FIRST
+            return len(cpu) >= (_FIRST_IN_TERMS if in_terms_alone(self._books.target) else _FIRST)
         return cpu[-1] - cpu[last[0] - 1] >= _BETWEEN * self._took(last[0])
 
     @property

@@ -81,6 +81,7 @@ class Contest:
     Attributes:
         benchmark: the problem.
         problem: trajevo's batched form, a pymoo problem.
+        search: the settings of a search that the problem comes with.
         statement: the plain form, one row at a time; None if there is none.
         unstated: why there is none.
         motions_given: decision vectors of the motions whose greatest payloads are asked for, with a payload of 0 kg as
@@ -99,6 +100,7 @@ class Contest:
         self.benchmark, self.seed, self.budget = benchmark, seed, budget
         self._most = np.inf if most is None else most
         self.problem: Any = benchmark.problem()
+        self.search = benchmark.search
         self.statement, self.unstated = _statement_of(benchmark)
         self.motions_given: Any = _motions_of(benchmark)
         self.lower, self.upper = frozen(np.array(self.problem.xl)), frozen(np.array(self.problem.xu))
