@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any, final
 
 import numpy as np
@@ -12,6 +13,14 @@ from trajevo.solvers.optimise import optimise
 from trajevo.study.bench.adapters.adapter import BenchRival
 from trajevo.study.bench.contest import Contest
 
+#: Modules that a search imports when it begins.
+_IMPORTED = (
+    "formulation.feasibility.check",
+    "solvers.evolutionary.first_population",
+    "solvers.evolutionary.nsga2",
+    "solvers.run.runs",
+)
+
 
 @final
 class Trajevo(BenchRival):
@@ -20,6 +29,11 @@ class Trajevo(BenchRival):
     name = "trajevo"
     says = "optimise with the settings of the task: evolution, then gradients; payloads of given motions by capacities"
     carries = True
+
+    def prepare(self) -> None:
+        """See :meth:`BenchRival.prepare`."""
+        for module in _IMPORTED:
+            import_module(f"trajevo.{module}")
 
     def solve(self, contest: Contest) -> None:
         """See :meth:`BenchRival.solve`."""
