@@ -104,7 +104,7 @@ class TimeJerkReparameterisation(TrajectoryProblem):
         control_points: number of control points of u(t). With more than 40, a search begins with the fastest motion and
             those of the least jerk in longer times, found by convex programs, and takes 2 generations without polish
             unless told otherwise; not with ``limits="hull"``. Where effort is limited, half of the first population
-            is found in this way, whatever their number.
+            is found in this way, whatever their number. A limit of CPU time of the search limits the programs too.
         order: order of u(t).
         tolerance: share by which a tight bound may exceed the true peak.
         effort: also limit the joints' torques or forces, at the samples or certified; not with ``encoding="shape"``.

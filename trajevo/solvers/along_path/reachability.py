@@ -1,9 +1,10 @@
 """The least time along a path under limits of velocity and acceleration alone, by reachability analysis.
 
-In x = u'² and a = u'' limits are linear at every station of the path, and x grows by 2 Δu a from one to the next. A pass
-from the end finds the greatest x from which rest at the end can be reached, a pass from the start then accelerates as
-much as limits and these x allow (Pham and Pham 2018, IEEE Transactions on Robotics, 10.1109/TRO.2018.2819195). Either
-greatest value is the least of a few linear functions of x, so that no programs are solved.
+In x = u'² and a = u'' limits are linear at every station of the path, and x grows by 2 Δu a from one to the next. A
+pass from the end finds the greatest x from which rest at the end can be reached, a pass from the start then accelerates
+as much as limits and these x allow (Pham and Pham 2018, IEEE Transactions on Robotics, 10.1109/TRO.2018.2819195).
+Either greatest value is the least of a few linear functions of x, so that no programs are solved. Where an axis turns
+round, the greatest speed at one station may cost some at the next: with many stations the loss vanishes.
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ def greatest_squares(du: Array, first: Array, second: Array, velocity: Array, ac
     reach, grown = steps * half[:-1], 1.0 + steps * tilt[:-1]
     falls = np.where((grown > 0.0) & np.isfinite(reach), grown, 0.0)
     inverse, back = np.where(falls > 0.0, 1.0 / np.where(falls > 0.0, falls, 1.0), 0.0), _quotients(reach, falls)
+    # Where an axis turns round so sharply that this speed cannot fall to 0, it must not be so great.
+    most[:-1] = np.minimum(most[:-1], _quotients(reach, np.maximum(-grown, 0.0)).min(axis=1, initial=np.inf))
     most[0] = most[-1] = 0.0
     for k in range(len(du) - 1, 0, -1):
         most[k] = min(most[k], (most[k + 1] * inverse[k] + back[k]).min(initial=np.inf))
