@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -15,7 +16,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.solvers.along_path.beginning import begun
 from trajevo.solvers.along_path.effort import EffortLimits
-from trajevo.solvers.along_path.fastest import TimedShape, fastest
+from trajevo.solvers.along_path.fastest import TimedShape, nearing
 from trajevo.solvers.along_path.kinematics import KinematicLimits, PathDerivatives, PathLimits
 from trajevo.solvers.along_path.smoothest import smoothest
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
@@ -62,15 +63,20 @@ class PathOptimum:
         Raises:
             InvalidInputError: the effort at rest exceeds a limit somewhere on the path.
         """
+        with one_blas_thread():
+            *_, found = self.nearing(share, begin)
+        return found
+
+    def nearing(self, share: Array | None = None, begin: TimedShape | None = None) -> Iterator[TimedShape]:
+        """The shape to begin with, then those on the way to the least time; otherwise as :meth:`fastest`."""
         runs = self.runs
         start = begun(runs.path, runs.limits, runs.control_points, runs.order)
         if begin is not None:
             start = begin.control_points
-        with one_blas_thread():
-            found = fastest(start, runs.order, self._limits(share), len(runs.path.breaks) - 1)
-        if not np.isfinite(found.time):
-            raise InvalidInputError("effort: the robot cannot hold itself and its payload everywhere on the path")
-        return found
+        for found in nearing(start, runs.order, self._limits(share), len(runs.path.breaks) - 1):
+            if not np.isfinite(found.time):
+                raise InvalidInputError("effort: the robot cannot hold itself and its payload everywhere on the path")
+            yield found
 
     def quick_time(self) -> float:
         """A time in which the path can be run under limits of velocity, acceleration and jerk, proven [s].
@@ -85,26 +91,30 @@ class PathOptimum:
         shape = replace(self, effort=False).fastest()
         return float(runs.least_durations(runs.course_of(shape.control_points[None]))[0])
 
-    def family(self, size: int, quickest: TimedShape) -> tuple[Array, Array]:
+    def family(self, size: int, quickest: TimedShape, in_time: Callable[[], bool]) -> tuple[Array, Array]:
         """Motions from the least to the longest time, each with the least jerk in its time or nearly so.
 
         Args:
             size: number of motions.
             quickest: the fastest shape.
+            in_time: whether there is time for another program; if not, the last shape stands for longer times too.
 
         Returns:
             Control points (N, control_points), and times (N,) [s].
         """
         path, limits = self._path, self._limits(None)
         with one_blas_thread():
-            calm = smoothest(quickest, np.inf, path, limits)
+            calm = smoothest(quickest, np.inf, path, limits) if in_time() else quickest
             last = min(max(calm.time, quickest.time), self.runs.longest_time)
             times = np.geomspace(quickest.time, last, _TIMES)
             shapes = [quickest]
             for wanted in times[1:]:
+                if not in_time():
+                    break
                 shapes.append(smoothest(shapes[-1], float(wanted), path, limits))
         asked = np.geomspace(quickest.time, max(self.runs.longest_time, quickest.time), size)
-        after = np.clip(np.searchsorted(times, asked, side="right"), 1, _TIMES - 1)
+        times, last_shape = times[: len(shapes)], len(shapes) - 1
+        after = np.clip(np.searchsorted(times, asked, side="right"), min(1, last_shape), last_shape)
         part = np.clip((asked - times[after - 1]) / np.maximum(times[after] - times[after - 1], 1e-300), 0.0, 1.0)
         points = np.array([shape.control_points for shape in shapes])
         return (1.0 - part)[:, None] * points[after - 1] + part[:, None] * points[after], asked
@@ -114,8 +124,16 @@ class PathOptimum:
         rises = self.runs.rises_of(control_points)
         if self.runs.timing == "least":
             return rises
-        least = self.runs.least_durations(self.runs.course_of(control_points))
+        shapes, which = np.unique(control_points, axis=0, return_inverse=True)
+        least = self.runs.least_durations(self.runs.course_of(shapes))[which.ravel()]
         return np.column_stack([rises, slowness(least, np.maximum(times, least), self.runs.longest_time)])
+
+    def quick_row(self, shape: TimedShape) -> Array:
+        """Decision vector (1, n_var) of a shape in its least time, proven but for effort."""
+        if self.effort:
+            return self.rows(shape.control_points[None], np.array([shape.time]))
+        rises = self.runs.rises_of(shape.control_points[None])
+        return rises if self.runs.timing == "least" else np.column_stack([rises, [0.0]])
 
     def _limits(self, share: Array | None) -> list[PathLimits]:
         found: list[PathLimits] = [KinematicLimits(self._path, self.runs.limits)]
@@ -149,23 +167,57 @@ def least_time_of(problem: TrajectoryProblem, optimum: PathOptimum) -> WeightedO
     )
 
 
-def known_motions(problem: TrajectoryProblem, optimum: PathOptimum, size: int) -> Array:
-    """Decision vectors of at most so many motions from the least to the longest time; none if no motion is found."""
+def known_motions(
+    problem: TrajectoryProblem, optimum: PathOptimum, size: int, in_time: Callable[[], bool] | None = None
+) -> Array:
+    """Decision vectors of at most so many motions from the least to the longest time; none if no motion is found.
+
+    Args:
+        problem: the problem.
+        optimum: its programs.
+        size: number of motions.
+        in_time: whether there is time for more than what has been found; None for no limit.
+    """
     try:
-        quickest, first = _kept(problem, optimum)
+        quickest, first = _kept(problem, optimum) if in_time is None else _kept_in_time(problem, optimum, in_time)
     except InvalidInputError:  # nothing keeps the limits: the search itself says so
         return np.empty((0, problem.n_var))
-    others = optimum.rows(*optimum.family(size, quickest))
-    return np.concatenate([first, others])[:size]
+    rows = np.concatenate([first, optimum.rows(*optimum.family(size, quickest, in_time or _always))])[:size]
+    if in_time is None or in_time():
+        return rows
+    # Shapes for which there was no time are those before them, which without times of their own are the same rows.
+    return rows[np.sort(np.unique(rows, axis=0, return_index=True)[1])]
 
 
-def _kept(problem: TrajectoryProblem, optimum: PathOptimum) -> tuple[TimedShape, Array]:
+def _always() -> bool:
+    return True
+
+
+def _kept_in_time(
+    problem: TrajectoryProblem, optimum: PathOptimum, in_time: Callable[[], bool]
+) -> tuple[TimedShape, Array]:
+    """As :func:`_kept`, but what is found on the way is looked at, and serves when there is no time for more."""
+    best, least = None, np.inf
+    with one_blas_thread():
+        for shape in optimum.nearing():
+            row = optimum.quick_row(shape)
+            F, G = problem.evaluate(row, return_values_of=["F", "G"])
+            if (G <= 0.0).all() and F[0, 0] < least:
+                best, least = (shape, row), F[0, 0]
+            if best is not None and not in_time():
+                return best
+    return _kept(problem, optimum, shape)
+
+
+def _kept(
+    problem: TrajectoryProblem, optimum: PathOptimum, quickest: TimedShape | None = None
+) -> tuple[TimedShape, Array]:
     """The fastest shape, and its decision vector (1, n_var) in the least time in which it keeps all limits.
 
     Between the instants of the programs effort may exceed its limits a little, most where a joint turns round and dry
     friction jumps. So the shape is stretched; if that takes long, limits that are broken are tightened first.
     """
-    share, shape = np.ones(problem.robot.dof), optimum.fastest()
+    share, shape = np.ones(problem.robot.dof), quickest or optimum.fastest()
     limited = np.flatnonzero(problem.robot.limits.sides("effort").limited)
     best = None
     for tightened in range(_TIGHTENED + 1):

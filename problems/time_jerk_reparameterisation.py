@@ -104,7 +104,7 @@ class TimeJerkReparameterisation(TrajectoryProblem):
         control_points: number of control points of u(t). With more than 40, a search begins with the fastest motion and
             those of the least jerk in longer times, found by convex programs, and takes 2 generations without polish
             unless told otherwise; not with ``limits="hull"``. Where effort is limited, half of the first population
-            is found in this way, whatever their number.
+            is found in this way, whatever their number. A limit of CPU time of the search limits the programs too.
         order: order of u(t).
         tolerance: share by which a tight bound may exceed the true peak.
         effort: also limit the joints' torques or forces, at the samples or certified; not with ``encoding="shape"``.
@@ -233,11 +233,14 @@ class TimeJerkReparameterisation(TrajectoryProblem):
             )
         return least_time_of(self, self._optimum)
 
-    def known_good(self, size: int) -> Array:
-        """Motions from the least to the longest time by convex programs, under limits of effort or of many points."""
+    def known_good(self, size: int, *, in_time: Callable[[], bool] | None = None) -> Array:
+        """Motions from the least to the longest time by convex programs, under limits of effort or of many points.
+
+        With a limit of time, motions on the way to the fastest one are evaluated too, and serve when the time is up.
+        """
         if self._optimum is None or not (self._many or self._optimum.effort):
-            return super().known_good(size)
-        return known_motions(self, self._optimum, size if self._many else max(size // 2, 1))
+            return super().known_good(size, in_time=in_time)
+        return known_motions(self, self._optimum, size if self._many else max(size // 2, 1), in_time)
 
     @property
     def _many(self) -> bool:

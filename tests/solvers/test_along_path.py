@@ -14,7 +14,7 @@ from tests.helpers import mostly_long
 from trajevo import GeometricPath, certify, load_robot, optimise
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError
-from trajevo.problems import TimeJerkReparameterisation
+from trajevo.problems import TimeJerkReparameterisation, path_optimum
 from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
 from trajevo.robot.payload import Payload
 from trajevo.solvers.along_path.beginning import begun
@@ -23,6 +23,7 @@ from trajevo.solvers.along_path.fastest import fastest, least_time
 from trajevo.solvers.along_path.instants import HELD, Instants
 from trajevo.solvers.along_path.kinematics import KinematicLimits, PathDerivatives
 from trajevo.solvers.along_path.program import Linearised, Program, Quadratic
+from trajevo.solvers.along_path.reachability import greatest_squares
 
 FINE = 50_001
 
@@ -87,19 +88,59 @@ def test_a_curved_path_takes_no_longer_than_by_others(puma, path):
     assert found.F["time"] < few.F["time"] < 1.1 * found.F["time"]
 
 
-def reachable(path, robot):
-    """The least time under limits of velocity and acceleration at 1,001 stations: the greatest speeds, by HiGHS."""
-    u = np.linspace(0.0, 1.0, 1_001)
-    step, first, second = u[1], path(u, 1), path(u, 2)
-    rising = diags([-np.ones(1_000), np.ones(1_000)], [0, 1], shape=(1_000, 1_001)) / (2.0 * step)
-    rows = [diags(first[:-1, k]) @ rising + diags(second[:-1, k], shape=(1_000, 1_001)) for k in range(6)]
-    A, b = vstack(rows), np.repeat(robot.limits.acceleration, 1_000)
+def squares(u, path, robot):
+    """The greatest u'² at stations under limits of velocity and acceleration there, by HiGHS."""
+    count, steps, first, second = len(u) - 1, np.diff(u), path(u, 1), path(u, 2)
+    rising = diags(0.5 / steps) @ diags([-np.ones(count), np.ones(count)], [0, 1], shape=(count, count + 1))
+    rows = [diags(first[:-1, k]) @ rising + diags(second[:-1, k], shape=(count, count + 1)) for k in range(6)]
+    A, b = vstack(rows), np.repeat(robot.limits.acceleration, count)
     with np.errstate(divide="ignore"):
         most = np.minimum((robot.limits.velocity / np.abs(first)).min(axis=1) ** 2, 1e6)
     most[[0, -1]] = 0.0
-    squared = linprog(-np.ones(1_001), A_ub=vstack([A, -A]), b_ub=np.append(b, b), bounds=[(0.0, top) for top in most])
-    speed = np.sqrt(np.maximum(squared.x, 0.0))
-    return float((2.0 * step / (speed[:-1] + speed[1:])).sum())
+    bounds = [(0.0, top) for top in most]
+    found = linprog(-np.ones(count + 1), A_ub=vstack([A, -A]), b_ub=np.append(b, b), bounds=bounds)
+    return np.maximum(found.x, 0.0)
+
+
+def reachable(path, robot):
+    """The least time under limits of velocity and acceleration at 1,001 stations."""
+    u = np.linspace(0.0, 1.0, 1_001)
+    speed = np.sqrt(squares(u, path, robot))
+    return float((2.0 * u[1] / (speed[:-1] + speed[1:])).sum())
+
+
+@pytest.mark.parametrize("joints", [[0, 1, 2, 3, 4, 5], [0, 3], []])
+def test_two_passes_find_speeds_within_limits_that_are_nearly_the_greatest(puma, path, joints):
+    """Of joints whose accelerations are limited. Where joints turn round, a greedy pass may lose a little."""
+    u = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 202))
+    slope, bend, limits = path(u, 1), path(u, 2), puma.limits
+    acceleration = np.full(6, np.inf)
+    acceleration[joints] = limits.acceleration[joints]
+    found = greatest_squares(np.diff(u), slope, bend, limits.velocity, acceleration)
+    rates = 0.5 * np.diff(found) / np.diff(u)
+    needed = slope[:-1] * rates[:, None] + bend[:-1] * found[:-1, None]
+    assert (np.abs(needed) <= acceleration * (1.0 + 1e-9)).all()
+    assert (np.abs(slope) * np.sqrt(found)[:, None] <= limits.velocity * (1.0 + 1e-12)).all()
+    high = freed(puma, acceleration=np.minimum(acceleration, 1e5))
+    taken, least = (
+        (2.0 * np.diff(u) / (np.sqrt(x[1:]) + np.sqrt(x[:-1]))).sum() for x in (found, squares(u, path, high))
+    )
+    assert taken <= 1.01 * least
+
+
+@pytest.mark.parametrize("velocity", [np.inf, 0.8])
+def test_on_a_straight_line_two_passes_go_full_on(velocity):
+    u = np.linspace(0.0, 1.0, 401)
+    slope, none = np.tile([2.0, 0.0], (401, 1)), np.zeros((401, 2))
+    found = greatest_squares(np.diff(u), slope, none, np.full(2, velocity), np.full(2, 4.0))
+    assert found == pytest.approx(np.minimum(4.0 * np.minimum(u, 1.0 - u), (velocity / 2.0) ** 2), rel=1e-12)
+
+
+def test_without_limits_of_jerk_programs_begin_near_the_least_time(puma, path):
+    problem = along(path, freed(puma, jerk=np.full(6, np.inf)), control_points=100)
+    runs, least = problem.interpolant, problem.least_time().F["time"]
+    start = runs.course_of(begun(path, runs.limits, runs.control_points, runs.order)[None])
+    assert least < runs.least_durations(start)[0] < 1.02 * least
 
 
 @pytest.mark.parametrize(("name", "slsqp"), [("gemini", 1.83201), ("s", 2.31195)])
@@ -197,6 +238,43 @@ def test_a_search_begins_with_a_front(puma, path, encoding, count, size):
     front = optimise(problem, seed=1, population=size, generations=2, polish=False, progress=False)
     assert front.F[0, 0] <= problem.least_time().F["time"] * (1.0 + 1e-12)
     assert front.F[:, 0].max() > 11.0
+
+
+HURRIED = [("plain", np.inf, 1.05), ("shape", np.inf, 1.05), ("plain", None, 1.5), ("shape", None, 1.5)]
+
+
+@pytest.mark.parametrize(("encoding", "jerk", "most"), mostly_long(HURRIED, *HURRIED[:2], several=True))
+def test_a_search_without_time_begins_with_a_fast_motion_that_keeps_all_limits(puma, path, encoding, jerk, most):
+    robot = puma if jerk is None else freed(puma, jerk=np.full(6, jerk))
+    problem = along(path, robot, control_points=44, encoding=encoding)
+    least = problem.least_time().F["time"]
+    known = problem.known_good(20, in_time=lambda: False)
+    F, G = problem.evaluate(known, return_values_of=["F", "G"])
+    assert (G <= 0.0).all()
+    assert least * (1.0 - 1e-9) <= F[0, 0] <= most * least
+    assert len(known) == len(np.unique(known, axis=0))
+    assert F[-1, 0] == F[0, 0] if encoding == "shape" else F[-1, 0] > 11.0
+    front = optimise(problem, seed=1, population=20, generations=1, cpu_time=1e-3, polish=False, progress=False)
+    assert front.F[0, 0] <= F[0, 0] * (1.0 + 1e-12)
+
+
+@pytest.mark.parametrize("effort", mostly_long([False, True], False))
+def test_a_limit_that_leaves_time_enough_changes_nothing(puma, path, effort, monkeypatch):
+    """But that motions on the way are evaluated, none of which is faster than the last by more than 1e-3."""
+    monkeypatch.setattr(path_optimum, "_TIMES", 3)  # fewer programs
+    problem, seen = along(path, puma, control_points=44, effort=effort), []
+    expected, evaluate = problem.known_good(4), problem.evaluate
+
+    def seeing(*rows, **options):
+        seen.append(evaluate(*rows, **options))
+        return seen[-1]
+
+    problem.evaluate = seeing
+    found = problem.known_good(4, in_time=lambda: True)
+    assert (found == expected).all()
+    times = [F[0, 0] for F, G in (one for one in seen if isinstance(one, tuple)) if (G <= 0.0).all()]
+    assert len(times) > 1
+    assert min(times) >= evaluate(found[:1], return_values_of=["F"])[0, 0] * (1.0 - 1e-3)
 
 
 @pytest.mark.long

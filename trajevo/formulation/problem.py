@@ -227,18 +227,19 @@ class TrajectoryProblem(Problem):
         """Instants at which the via points are passed, (B, n_var) or one vector -> (B, n_points) [s]."""
         return self.interpolant.via_times(self._timing(x))
 
-    def known_good(self, size: int) -> Array:
+    def known_good(self, size: int, *, in_time: Callable[[], bool] | None = None) -> Array:
         """Decision vectors of at most so many motions that are known to be good, with which a search begins.
 
         Problems that find such motions by other means override this; there are none here.
 
         Args:
             size: number of individuals of the population.
+            in_time: whether there is time to look for better ones, where CPU time is limited; None where it is not.
 
         Returns:
             Shape (N, n_var).
         """
-        del size
+        del size, in_time
         return np.empty((0, self.n_var))
 
     def evaluate_with_gradients(self, x: Array) -> tuple[Array, Array, Array, Array]:

@@ -92,7 +92,9 @@ def _run(
     algorithm = algorithm_for(search, problem)
     before = time.process_time()
     impossible = check(problem).impossible
-    first = {} if impossible else begin_with(algorithm, problem, search, initial=initial)
+    most = search.cpu_time
+    in_time = None if most is None else lambda: time.process_time() - before < most
+    first = {} if impossible else begin_with(algorithm, problem, search, initial=initial, in_time=in_time)
     manifest = _manifest(problem, algorithm, search, first)
     spent = time.process_time() - before
     with begun(out, manifest, overwrite=overwrite) as folder:

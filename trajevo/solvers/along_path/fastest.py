@@ -9,7 +9,7 @@ little: there, instants are added, and the programs go on.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -63,7 +63,13 @@ class TimedShape:
 
 
 def fastest(start: Array, order: int, limits: Sequence[PathLimits], pieces: int) -> TimedShape:
-    """The shape of u(t) with the least time, from another one.
+    """The shape of u(t) with the least time, from another one; arguments as for :func:`nearing`."""
+    *_, found = nearing(start, order, limits, pieces)
+    return found
+
+
+def nearing(start: Array, order: int, limits: Sequence[PathLimits], pieces: int) -> Iterator[TimedShape]:
+    """Shapes of u(t) on the way to the least time: the first one, then one for every set of instants.
 
     Args:
         start: control points, shape (count,), at rest at both ends.
@@ -72,8 +78,10 @@ def fastest(start: Array, order: int, limits: Sequence[PathLimits], pieces: int)
         pieces: number of polynomial pieces of the path.
     """
     instants, fine = (even_instants(len(start), order, pieces, finer) for finer in (1, _FINER))
-    begin = TimedShape(frozen(start.copy()), order, least_time(limits, instants.states(start)))
-    found = _settled(begin, instants, limits, _PROGRAMS)
+    found = TimedShape(frozen(start.copy()), order, least_time(limits, instants.states(start)))
+    yield found
+    found = _settled(found, instants, limits, _PROGRAMS)
+    yield found
     for _ in range(_ADDITIONS):
         if not np.isfinite(found.time):
             break
@@ -84,7 +92,7 @@ def fastest(start: Array, order: int, limits: Sequence[PathLimits], pieces: int)
         time = least_time(limits, instants.states(found.control_points))
         again = _settled(TimedShape(found.control_points, order, time), instants, limits, _MORE)
         found = TimedShape(again.control_points, order, again.time, found.programs + again.programs)
-    return found
+        yield found
 
 
 def even_instants(count: int, order: int, pieces: int, finer: int = 1) -> Instants:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, final
@@ -95,7 +95,14 @@ def first_population(problem: TrajectoryProblem, size: int, *, starts: str, seed
         return _stretched_population(problem, size, starts, generator)
 
 
-def begin_with(algorithm: Chosen, problem: TrajectoryProblem, search: Search, *, initial: Any) -> dict[str, Any]:
+def begin_with(
+    algorithm: Chosen,
+    problem: TrajectoryProblem,
+    search: Search,
+    *,
+    initial: Any,
+    in_time: Callable[[], bool] | None = None,
+) -> dict[str, Any]:
     """Set the first population of an algorithm that has not run.
 
     Args:
@@ -103,6 +110,7 @@ def begin_with(algorithm: Chosen, problem: TrajectoryProblem, search: Search, *,
         problem: what it will solve.
         search: its starts, seed and time limit are used.
         initial: individuals to begin with, shape (N, n_var), a front, or None.
+        in_time: whether there is time to look for motions that are known to be good; None for no limit.
 
     Returns:
         Settings that describe the first population.
@@ -114,7 +122,7 @@ def begin_with(algorithm: Chosen, problem: TrajectoryProblem, search: Search, *,
     sampling = getattr(getattr(solver, "initialization", None), "sampling", None)
     size: int | None = getattr(solver, "pop_size", None) if isinstance(sampling, Sampling) else None
     if initial is None and size is not None:
-        known = problem.known_good(size)
+        known = problem.known_good(size, in_time=in_time)
         initial = known if len(known) else None
     if starts == "random" and initial is None:
         return {"starts": starts} if isinstance(sampling, FloatRandomSampling) else {}

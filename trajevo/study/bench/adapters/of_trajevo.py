@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
+from importlib import import_module
 from typing import Any, final
 
 import numpy as np
@@ -13,8 +13,14 @@ from trajevo.solvers.optimise import optimise
 from trajevo.study.bench.adapters.adapter import BenchRival
 from trajevo.study.bench.contest import Contest
 
-#: Modules that ``optimise`` imports where it needs them, since that takes as long as all other imports together.
-_IMPORTED = ("evolutionary.first_population", "evolutionary.nsga2", "run.evolution", "run.runs")
+#: Modules that a search imports when it begins, which takes as long as all other imports together.
+_IMPORTED = (
+    "formulation.feasibility.check",
+    "solvers.evolutionary.first_population",
+    "solvers.evolutionary.nsga2",
+    "solvers.run.evolution",
+    "solvers.run.runs",
+)
 
 
 @final
@@ -26,9 +32,9 @@ class Trajevo(BenchRival):
     carries = True
 
     def prepare(self) -> None:
-        """Import what ``optimise`` imports when it is called first."""
+        """See :meth:`BenchRival.prepare`."""
         for module in _IMPORTED:
-            importlib.import_module(f"trajevo.solvers.{module}")
+            import_module(f"trajevo.{module}")
 
     def solve(self, contest: Contest) -> None:
         """See :meth:`BenchRival.solve`."""
