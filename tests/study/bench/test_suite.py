@@ -10,6 +10,7 @@ import pytest
 
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.study.bench.reference import ReferenceFile
+from trajevo.study.bench.score import violation_of
 from trajevo.study.bench.suite import bench_folder, benchmark, benchmarks
 
 NAMES = benchmarks()
@@ -106,6 +107,9 @@ def test_all_best_known_sets_are_certified_but_for_a_hundredth_between_samples(n
     certificates = reference.certificates()
     if reference.proven:
         assert not any(certificate.violated for certificate in certificates)
+    elif name == "cops_robot_arm":  # its only limits are its own constraint, of which certificates know nothing
+        assert not any(certificate.rows for certificate in certificates)
+        assert violation_of(benchmark(name), reference.variables, reference.values)[0] < 1e-3
     else:
         assert excess_of(certificates) < 0.02
 

@@ -85,8 +85,8 @@ class BenchRun(Record):
         said: why it has no score, or what the rival's adapter says of itself.
         versions: versions of Python and of the packages that computed it, the rival's own included.
         machine: the machine.
-        yardstick: CPU time of fixed work on it, the mean of right before and after the run [s]; None in records of older
-            versions. CPU times of different machines compare in units of it alone.
+        yardstick: CPU time of fixed work on it, the mean of right before and after the run [s]; None in records of
+            older versions. CPU times of different machines compare in units of it alone.
         objectives: names of the objectives.
         units: their SI units.
         cpu: CPU time that the rival has spent [s].
