@@ -105,7 +105,11 @@ def test_best_known_sets_are_certified_or_told_not_to_be(name):
 def test_all_best_known_sets_are_certified_but_for_a_hundredth_between_samples(name):
     reference = benchmark(name).reference
     certificates = reference.certificates()
-    if reference.proven:
+    if reference.kind == "capacity":  # payloads of motions that are given, whatever their speeds
+        efforts = [row for certificate in certificates for row in certificate.rows if row.quantity == "effort"]
+        assert efforts
+        assert not any(row.exhibited_share > 1.0 for row in efforts)
+    elif reference.proven:
         assert not any(certificate.violated for certificate in certificates)
     elif name == "cops_robot_arm":  # its only limits are its own constraint, of which certificates know nothing
         assert not any(certificate.rows for certificate in certificates)
