@@ -29,7 +29,7 @@ _OFFSET = 0.3
 _BACK = np.array([0.0, 1e-6, 1e-4, 1e-3, 1e-2, 0.03, 0.1, 0.3])
 
 
-class Descent(NamedTuple):
+class Descended(NamedTuple):
     """How a descent has ended: whether it has come to an end, and what it has cost."""
 
     converged: bool
@@ -50,7 +50,7 @@ def least_of_terms(
     *,
     tell: Callable[[Array], object],
     stop: Callable[[int, int], bool],
-) -> Descent:
+) -> Descended:
     """Descend to the least of an objective that is a maximum of terms (:func:`in_terms_alone`).
 
     Args:
@@ -76,4 +76,4 @@ def least_of_terms(
 
     run.run(np.array([_STEPS]), np.array([_TOLERANCE]), told)
     tell(scaled.outside(run.y + _BACK[:, None] * (run.safe - run.y)))
-    return Descent(bool(run.converged[0]), scaled.gradients, scaled.evaluations)
+    return Descended(bool(run.converged[0]), scaled.gradients, scaled.evaluations)
