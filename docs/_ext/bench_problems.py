@@ -21,7 +21,9 @@ one decision vector, which keeps all limits if no constraint is above 0.
 Most problems prove their limits at every instant, so that reading a set proves it again; `reference.proven` tells.
 Those that check efforts or the height of a tool at samples alone do not: `reference.certificates()` shows how far their
 best known sets exceed a limit in between. That is 0.0005 % for `guo2016_payload`, and nothing for the others; no
-certificate covers the drives of `cops_robot_arm`, which exceed their limits by 0.05 % at 50,000 instants.
+certificate covers the drives of `cops_robot_arm`, which exceed their limits by 0.05 % at 50,000 instants. The random
+motions whose payloads are asked for are drawn under limits of effort alone: some joints are more than twice as fast as
+they may be.
 
 A value from elsewhere is *printed* if it was read in its source or in a text that quotes it. One that was *not looked
 up* stands here with what speaks for it. One that is *computed* is printed nowhere: SciPy, Ipopt, toppra, Drake or a
