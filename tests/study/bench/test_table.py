@@ -194,9 +194,12 @@ def test_times_are_known_no_better_than_the_pace_of_the_machine():
 
 
 def test_what_is_published_tells_the_same_table_in_less():
-    whole = results(*OURS, *SLOW)
+    bare = {"X": (), "F": (), "objectives": (), "units": (), "times": {}, "share": 0.0, "violation": None}
+    unfit = [run("unfit", k, None, None, **bare | {"end": "not stated", "said": "no path"}) for k in range(1, 6)]
+    whole = results(*OURS, *SLOW, *unfit)
     short = whole.brief_ones()
     assert rows_of(short) == rows_of(whole)
+    assert [run.seed for run in short.runs if run.rival == "unfit"] == [1]
     assert len(short.model_dump_json()) < len(whole.model_dump_json())
 
 

@@ -174,8 +174,18 @@ class BenchResults(Record):
         return _read(file, cls)
 
     def brief_ones(self) -> BenchResults:
-        """The same without members and histories, which tables and comparisons do not need, to be published."""
-        return BenchResults(runs=tuple(run.model_copy(update={"X": (), "F": (), "history": ()}) for run in self.runs))
+        """The same without what tables and comparisons do not need, to be published.
+
+        That is members and histories, and of runs that were none, since a rival cannot be set on a problem or was not
+        there, all but the first.
+        """
+        kept: dict[tuple[str, str, int], BenchRun] = {}
+        for run in self.runs:
+            none = run.end in ("not stated", "not installed")
+            kept.setdefault((run.problem, run.rival, -1 if none else run.seed), run)
+        return BenchResults(
+            runs=tuple(run.model_copy(update={"X": (), "F": (), "history": ()}) for run in kept.values())
+        )
 
     def save(self, file: str | Path) -> None:
         """Write the results.
