@@ -8,11 +8,10 @@ import pytest
 from tests.helpers import small_problem
 from trajevo import optimise, read_run, resume
 from trajevo.front.hypervolume import hypervolume
-from trajevo.problems import HybridManipulator, PointingMechanism
+from trajevo.problems import PointingMechanism
 from trajevo.solvers.gradient import anchors
 from trajevo.solvers.gradient.anchors import AnchorSearch
 from trajevo.solvers.gradient.polish import polish, polished_between
-from trajevo.solvers.gradient.refinement import Refinement
 from trajevo.solvers.run.turns import Turns
 from trajevo.study.bench.suite import benchmark
 
@@ -129,36 +128,6 @@ def test_the_best_of_the_first_descents_is_told_before_the_search_ends(monkeypat
     assert values[-1, 0] <= values[:-1, 0].min() * (1.0 + 1e-12)  # but for rounding
     assert values[:-1, 0].min() < front.F[0, 0]
     np.testing.assert_array_equal(found(None), best)
-
-
-@pytest.mark.parametrize("early", [True, False])
-def test_a_short_polish_fills_gaps_on_its_way_ever_more_rarely_and_a_whole_one_does_not(early, monkeypatch):
-    made = HybridManipulator(convention="printed")
-    front = optimise(made, seed=1, population=40, generations=5, polish=False, progress=False)
-    filled, fill = [], Refinement.fill
-
-    def told(work):
-        before = work.box.hypervolume(work.archive.F)
-        fill(work)
-        filled.append((work._steps, before, work.box.hypervolume(work.archive.F)))
-
-    monkeypatch.setattr(Refinement, "fill", told)
-    work = Refinement(front, 1, lambda cost, share: False, early=early)
-    work.refine(10, 0, anchors=True, exact=False)
-    assert work._steps > 16
-    assert [steps for steps, *_ in filled] == ([4, 8, 16] if early else [])
-    assert all(after > before for _, before, after in filled)
-
-
-def test_a_short_polish_that_ends_after_four_steps_has_filled_gaps():
-    made = HybridManipulator(convention="printed")
-    front = optimise(made, seed=1, population=40, generations=5, polish=False, progress=False)
-    calls = iter(range(10**6))
-    X, F, G, _ = polished_between(front, seed=1, cpu_time=60.0, stop=lambda: next(calls) >= 6)
-    # Ten members and the ends of all objectives and their weighted sum, on the way and at their end, are not as many.
-    assert len(X) > 2 * (10 + made.n_obj + 1)
-    np.testing.assert_array_equal(F, made.evaluate(X, return_values_of=["F"]))
-    assert (G <= 0.0).all()
 
 
 def test_a_whole_polish_does_not_depend_on_turns():

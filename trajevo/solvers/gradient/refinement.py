@@ -23,8 +23,7 @@ _ANCHOR_STEPS, _ANCHOR_TOLERANCE = 150, 1e-9
 #: The same for other members.
 _STEPS, _TOLERANCE = 30, 1e-3
 
-#: Steps after which members are added on their way, where what is good counts early. Gaps between them are filled after
-#: the first, second, fourth and so on of these: that brings more than further steps, and takes a falling share of time.
+#: Steps after which members are added on their way, where what is good counts early.
 _NOTED = 4
 
 #: How often an anchor is started again from its own end.
@@ -159,8 +158,6 @@ class Refinement:
         self._steps += 1
         if self._early and self._steps % _NOTED == 0:
             self._add(run.safe)
-            if _is_power_of_two(self._steps // _NOTED):
-                self.fill()
         return False
 
     def _descended_in_terms(self) -> bool:
@@ -407,8 +404,3 @@ class Refinement:
     def _outside(self, y: Array) -> Array:
         x, form = self._scaled.outside(y), self._problem.smooth
         return np.clip(x if form is None else form.back(x), self._problem.xl, self._problem.xu)
-
-
-def _is_power_of_two(number: int) -> bool:
-    """Whether a whole number of at least 1 is 1, 2, 4, 8 or another power of two."""
-    return number & (number - 1) == 0
